@@ -1,0 +1,45 @@
+"""The verbs. Results go to stdout, talk to stderr; bad input is one sentence and exit code 2."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+
+from armspan import __version__
+from armspan.cli import calibrate, check, demo, init, replay, run
+from armspan.errors import ArmspanError
+
+_VERBS = (demo, run, init, calibrate, replay, check)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one verb; the exit code is 0, 1 for a difference found, 2 for bad input, 130 for Ctrl-C."""
+    args = parser().parse_args(argv)
+    try:
+        return int(args.run(args))
+    except ArmspanError as error:
+        if args.debug:
+            raise
+        print(f"armspan {args.verb}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"armspan {args.verb}: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:  # the reader of stdout has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    top = argparse.ArgumentParser(
+        prog="armspan",
+        description="Your arms as a remote control for tabletop robots: point, select, steer.",
+        epilog="`armspan VERB --help` tells a verb's options. Start with `armspan demo`.",
+    )
+    top.add_argument("--version", action="version", version=f"armspan {__version__}")
+    top.add_argument("--debug", action="store_true", help="show the whole traceback of an error")
+    verbs = top.add_subparsers(dest="verb", metavar="VERB", required=True, title="verbs")
+    for module in _VERBS:
+        module.add_parser(verbs)
+    return top

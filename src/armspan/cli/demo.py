@@ -1,0 +1,93 @@
+"""``armspan demo``: the main job with a virtual person, virtual bands and virtual robots."""
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from armspan.cli.play import fresh_name, play, read_account, step_times, talk
+from armspan.cli.progress import Progress
+from armspan.cli.report import print_account
+from armspan.cli.run import positive
+from armspan.config.demo_room import demo_room
+from armspan.config.house import House, open_house
+from armspan.errors import ConfigError
+from armspan.ports import Sink
+from armspan.study.account import Account
+from armspan.study.picture import draw
+from armspan.study.sheet_error import sheet_errors, sheet_rms
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb and its options."""
+    parser = subparsers.add_parser(
+        "demo",
+        help="watch the main job: set-up, four stops, pointing at twenty targets",
+        description="A virtual person with a band on the wrist finds their place by pointing at a robot at four "
+        "stops, then points at twenty targets, first without and then with a cursor shown by the robots' lights.",
+    )
+    parser.add_argument("--headless", action="store_true", help="no live display; as fast as it goes")
+    parser.add_argument("--pace", choices=("live", "fast"), help="default: live in a terminal, else fast")
+    parser.add_argument("--seed", type=seed, default=1, metavar="N", help="default: %(default)s")
+    parser.add_argument("--seconds", type=positive, metavar="S", help="end after S seconds of session time")
+    parser.add_argument("--arm", choices=("straight", "natural"), default="straight", help="how the arm is held")
+    parser.add_argument("--bands", type=int, choices=(1, 2), default=1, help="a second one sits on the upper arm")
+    parser.add_argument("--log", type=Path, metavar="FILE", help="default: sessions/DATE_demo.mcap")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="a PNG; default: beside the log")
+    parser.add_argument("--overwrite", action="store_true", help="replace the log and the picture if they exist")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+def seed(text: str) -> int:
+    """A whole number from 0, for argparse."""
+    if not text.isdecimal():
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0")
+    return int(text)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Play the demo and show what it showed."""
+    house = open_house(demo_room(args.seed, posture=args.arm, bands=args.bands), seconds=args.seconds)
+    path = args.log or fresh_name("demo")
+    picture = args.picture or path.with_suffix(".png")
+    if picture.exists() and not args.overwrite and picture.stat().st_size:
+        raise ConfigError(f"{picture} exists: name another picture with --picture, or replace it with --overwrite")
+    watched = sys.stderr.isatty() and not args.headless
+    live = (args.pace or ("live" if watched else "fast")) == "live"
+    with Progress(house.settings, shown=watched) as progress:
+        sinks: list[Sink] = [progress] if watched else [] if args.headless else [talk]
+        counters = play(house, path, live=live, overwrite=args.overwrite, sinks=sinks)
+    log, found = read_account(path, house)
+    draw(picture, log.records, found, house.settings.sheet, house.settings.zones)
+    document = _document(
+        args, house, found, {"step_us": step_times(counters), "log": str(path), "picture": str(picture)}
+    )
+    if args.json:
+        print(msgspec.json.encode(document).decode())
+    else:
+        print_account(document, f"The demo, seed {args.seed}, {args.arm} arm, {args.bands} band(s), simulated")
+    return 0
+
+
+def _document(args: argparse.Namespace, house: House, found: Account, more: dict[str, Any]) -> dict[str, Any]:
+    document = found.document()
+    calibration = document["calibration"]
+    if isinstance(calibration, dict):
+        calibration["sheet_rms_mm"] = _against_truth(house, found)
+    setting = {"seed": args.seed, "arm": args.arm, "bands": args.bands, "simulated": True}
+    return {**setting, **document, **more}
+
+
+def _against_truth(house: House, found: Account) -> float | None:
+    """The calibration's error over the sheet [mm], against what the virtual world knows."""
+    truth = house.world.truth if house.world else None
+    if truth is None or found.calibration is None:
+        return None
+    heights = (house.settings.body.eye_height_m, truth.eye_height)
+    calibration = (found.calibration.xyz, found.calibration.yaw)
+    rms = sheet_rms(sheet_errors(calibration, (truth.xyz, truth.yaw), heights, house.settings.sheet))
+    return round(1000 * rms, 2) if np.isfinite(rms) else None

@@ -1,0 +1,119 @@
+"""``armspan init``: a commented room file to start from."""
+
+import argparse
+from pathlib import Path
+
+from armspan.errors import ConfigError
+
+ROOM = """\
+# A room for Armspan. Lengths are metres, angles degrees; every number says its unit in its name.
+# `armspan run THIS_FILE` opens it. Everything here is simulated until you name real devices.
+
+# The printed sheet the robots drive on: x to the right, y down as printed, from its upper left corner.
+# The user stands at the lower edge. origin_m is where that corner lies in the robots' own coordinates.
+[sheet]
+width_m = 0.9
+height_m = 0.6
+origin_m = [0.0, 0.0]
+
+# Named areas that can be pointed at: corners in order round each.
+[[zones]]
+name = "garden"
+polygon_m = [[0.18, 0.16], [0.30, 0.16], [0.30, 0.28], [0.18, 0.28]]
+
+[[zones]]
+name = "harbour"
+polygon_m = [[0.60, 0.34], [0.72, 0.34], [0.72, 0.46], [0.60, 0.46]]
+
+# The bands. One sits on the forearm of the pointing arm; a second one on the upper arm sees the elbow's bend.
+# kind = "simulated" (fusion = "onboard": the band's own quaternion, or "raw"), or
+# kind = "replay" with log = "FILE.mcap" for the samples of an earlier session.
+[[bands]]
+kind = "simulated"
+name = "wrist"
+segment = "forearm"
+fusion = "onboard"
+
+# [[bands]]
+# kind = "simulated"
+# name = "upperarm"
+# segment = "upperarm"
+
+# The robots. The first one drives to the stops of the set-up.
+[[robots]]
+kind = "simulated"
+name = "amber"
+start_m = [0.45, 0.20]
+
+[[robots]]
+kind = "simulated"
+name = "birch"
+start_m = [0.30, 0.40]
+
+[[robots]]
+kind = "simulated"
+name = "cobalt"
+start_m = [0.62, 0.20]
+
+# The user's measures, from a tape. A simulated person is measured by itself; a real one needs this table.
+# shoulder_to_eye_m runs from the pivot of the pointing shoulder to the dominant eye: [forward, left, up].
+# [body]
+# eye_height_m = 1.60
+# shoulder_to_eye_m = [0.06, 0.15, 0.22]
+# shoulder_to_fingertip_m = 0.72
+# arm = "right"
+# upper_arm_m = 0.31
+# elbow_to_fingertip_m = 0.43
+
+# What robots may do at most. These are the defaults.
+[limits]
+speed_m_s = 0.15
+lease_s = 0.3
+lead_m = 0.045
+body_radius_m = 0.045
+gap_m = 0.01
+
+# How a choice is made: the probability a candidate needs, the one that keeps it, how long it is held (0.3 to 2 s),
+# and how likely it is that nothing known is meant.
+[selection]
+gate = 0.8
+hold = 0.65
+dwell_s = 1.0
+elsewhere = 0.05
+
+# The virtual part: one seed is one session. at_m is where the person stands, in sheet coordinates.
+[simulation]
+seed = 1
+table_height_m = 0.75
+
+[simulation.person]
+at_m = [0.45, 0.80]
+facing_deg = 0.0
+posture = "straight"  # or "natural": the elbow bends as it does when nobody asks for a straight arm
+trials = 8
+feedback = "both"  # "off", "on", or first off and then on
+"""
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb and its options."""
+    parser = subparsers.add_parser(
+        "init",
+        help="write a commented room file to start from",
+        description="Write a commented room file; an existing file is never replaced.",
+    )
+    parser.add_argument("room", type=Path, nargs="?", default=Path("room.toml"), metavar="ROOM.toml")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the file."""
+    try:
+        with args.room.open("x", encoding="utf-8") as file:
+            file.write(ROOM)
+    except FileExistsError:
+        raise ConfigError(f"{args.room} exists and is kept; name another file: armspan init OTHER.toml") from None
+    except OSError as error:
+        raise ConfigError(f"{args.room} cannot be written: {error.strerror}") from None
+    print(f"{args.room} is written; open it with: armspan run {args.room}")
+    return 0

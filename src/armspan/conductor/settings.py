@@ -1,0 +1,60 @@
+"""What the conductor must know of a room: everything that its decisions depend on, and nothing else."""
+
+from typing import Literal
+
+import msgspec
+
+from armspan.errors import ConfigError, known_names
+from armspan.pointing.selection import SelectionSettings
+from armspan.records import MODELS, Body, Model, Quaternion, Sheet, Vec2, Zone
+from armspan.swarm.limits import Limits
+
+
+class BandSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A band: its name, the segment it sits on, and its mounting where that is known.
+
+    ``wrist_from_sensor`` (w, x, y, z) leaves out the hanging pose of the set-up.
+    """
+
+    name: str
+    segment: Literal["forearm", "upperarm"] = "forearm"
+    rate_hz: float = 100.0
+    wrist_from_sensor: Quaternion | None = None
+
+
+class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A room as the conductor sees it; kept in the header of every log, so that a log replays by itself."""
+
+    body: Body
+    sheet: Sheet
+    bands: tuple[BandSettings, ...]
+    robots: tuple[str, ...]
+    zones: tuple[Zone, ...] = ()
+    stops: tuple[Vec2, ...] = ()
+    model: Model | None = None
+    light_height_m: float = 0.045
+    led_zero_deg: float = 0.0
+    limits: Limits = Limits()
+    selection: SelectionSettings = SelectionSettings()
+    feedback: bool = False
+
+    def __post_init__(self) -> None:
+        _check_names("band", [band.name for band in self.bands])
+        _check_names("robot", list(self.robots))
+        _check_names("zone", [zone.name for zone in self.zones])
+        if self.model is not None and self.model not in MODELS:
+            raise ConfigError(known_names("Model", self.model, MODELS))
+        segments = [band.segment for band in self.bands]
+        if segments.count("forearm") != 1 or segments.count("upperarm") > 1:
+            raise ConfigError(
+                f"bands sit on {', '.join(segments) or 'nothing'}; pointing needs one band on the forearm and at "
+                "most one on the upper arm"
+            )
+        if self.model == "two-band" and "upperarm" not in segments:
+            raise ConfigError("model two-band needs a band on the upper arm; there is none: use head-finger")
+
+
+def _check_names(what: str, names: list[str]) -> None:
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ConfigError(f"{what} {twice[0]!r} is named twice; names tell {what}s apart")

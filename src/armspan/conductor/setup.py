@@ -1,0 +1,222 @@
+"""The set-up: heading and mounting from two poses, then the stops of one robot that place the user."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from armspan.conductor.arm import Arm
+from armspan.conductor.settings import Settings
+from armspan.errors import CalibrationError
+from armspan.frames import Array, rotation_from_quaternion
+from armspan.orientation import Hold, mount_from_forward, mount_from_poses
+from armspan.pointing.calibration import Fit, calibrate
+from armspan.pointing.pairs import Pairs, still_pairs
+from armspan.pointing.rays import default_model
+from armspan.pointing.stops import StopPairs
+from armspan.records import Calibrated, Model, Output, RobotState, Say, Vec2
+from armspan.swarm.errands import Errands
+
+_PATIENCE = 12.0
+_REST = 0.002
+HANGING: Array = np.array([0.0, 0.0, -1.0])
+
+
+class Step(Enum):
+    """Where the set-up stands."""
+
+    IDLE = "idle"
+    STRETCH = "stretch"
+    HANG = "hang"
+    DRIVE = "drive"
+    POINT = "point"
+
+
+@dataclass(slots=True)
+class SetUp:
+    """Leads a person from strapping the bands on to a known place; ``tick`` does one step of it."""
+
+    settings: Settings
+    arm: Arm
+    errands: Errands
+    step: Step = Step.IDLE
+    model: Model = "head-finger"
+    asked: float = 0.0
+    _holds: dict[str, Hold] = field(default_factory=dict)
+    _forward: dict[str, Array] = field(default_factory=dict)
+    _stop: int = 0
+    _pairs: list[StopPairs] = field(default_factory=list)
+    _home: Vec2 | None = None
+    _rest: tuple[Vec2, float] = ((np.inf, np.inf), 0.0)
+
+    @property
+    def robot(self) -> str:
+        """The robot that drives to the stops: the first of the room."""
+        return self.settings.robots[0]
+
+    def begin(self, t: float) -> list[Output]:
+        """Start, or start again."""
+        self._stop, self._pairs, self._home = 0, [], None
+        self.model = self.settings.model or default_model(self.settings.body, self.arm.upperarm is not None)
+        if len(self.settings.stops) < 3 or not self.settings.robots:
+            self.step = Step.IDLE
+            return [
+                Say(
+                    t,
+                    "The set-up needs a robot and three stops at least: name them in the room file",
+                    "trouble",
+                )
+            ]
+        return self._ask(
+            t, Step.STRETCH, "Stretch your arm straight forward, level, palm down, and hold still", "stretch"
+        )
+
+    def cancel(self) -> None:
+        """Give up, for instance after a stop."""
+        self.step = Step.IDLE
+
+    def tick(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
+        """Take what the arm and the robots do at ``t`` [s]; the last step gives `Calibrated`."""
+        steps: dict[Step, Callable[[float, Mapping[str, RobotState]], list[Output]]] = {
+            Step.STRETCH: self._stretch,
+            Step.HANG: self._hang,
+            Step.DRIVE: self._drive,
+            Step.POINT: self._point,
+        }
+        if self.step not in steps:
+            return []
+        silent = self.arm.silent(t)
+        if silent:
+            return self._remind(t, f"Nothing is heard of {' and '.join(silent)}: is the band on and near?", "band")
+        outputs = steps[self.step](t, states)
+        return outputs or self._remind(t, "", "")
+
+    def _ask(self, t: float, step: Step, text: str, cue: str) -> list[Output]:
+        self.step, self.asked = step, t
+        self._holds = {band.settings.name: Hold() for band in self.arm.bands}
+        return [Say(t, text, cue)]
+
+    def _remind(self, t: float, text: str, cue: str) -> list[Output]:
+        """Say again what is needed when nothing has come of it for a while."""
+        if t - self.asked < _PATIENCE:
+            return []
+        self.asked = t
+        if cue == "band":
+            return [Say(t, text, "")]
+        again = {
+            Step.STRETCH: ("Stretch your arm straight forward and hold it still", "stretch"),
+            Step.HANG: ("Let your arm hang straight down and hold it still", "hang"),
+            Step.DRIVE: (f"{self.robot} does not reach its stop: is it on the sheet, and the way free?", ""),
+            Step.POINT: (f"Point at the light of {self.robot} and hold still", f"point:{self.robot}"),
+        }
+        return [Say(t, *again[self.step])]
+
+    def _held(self, t: float) -> bool:
+        """Whether all bands have held the pose that was asked for."""
+        done = []
+        for band in self.arm.bands:
+            quaternion = band.quaternion()
+            hold = self._holds[band.settings.name]
+            done.append(quaternion is not None and hold.add(t, quaternion, self.arm.moving or t < self.asked + 0.8))
+        return all(done)
+
+    def _stretch(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
+        if not self._held(t):
+            return []
+        self._forward = {name: hold.rotations() for name, hold in self._holds.items()}
+        if all(band.settings.wrist_from_sensor for band in self.arm.bands):
+            return self._mount(t, states, None)
+        return self._ask(t, Step.HANG, "Now let your arm hang straight down, and hold still", "hang")
+
+    def _hang(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
+        if not self._held(t):
+            return []
+        return self._mount(t, states, {name: hold.rotations() for name, hold in self._holds.items()})
+
+    def _mount(self, t: float, states: Mapping[str, RobotState], hanging: dict[str, Array] | None) -> list[Output]:
+        try:
+            for name, band in self.arm.by_name.items():
+                known = band.settings.wrist_from_sensor
+                if known is not None:
+                    band.mount = mount_from_forward(self._forward[name], rotation_from_quaternion(known))
+                elif hanging is not None:
+                    band.mount = mount_from_poses(self._forward[name], hanging[name])
+        except CalibrationError as error:
+            return self._ask(t, Step.STRETCH, f"Once more, please: {error}", "stretch")
+        home = states.get(self.robot)
+        self._home = home.xy if home else None
+        return self._next_stop(t)
+
+    def _next_stop(self, t: float) -> list[Output]:
+        self.errands.send(self.robot, self.settings.stops[self._stop])
+        self.step, self.asked = Step.DRIVE, t
+        count = f"({self._stop + 1} of {len(self.settings.stops)})"
+        return [Say(t, f"Point at the light of {self.robot} and follow it {count}", f"point:{self.robot}")]
+
+    def _drive(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
+        if self.robot not in self.errands.goals:
+            self._pairs.append(StopPairs(self._pairs[-1].direction if self._pairs else HANGING))
+            self.step, self.asked = Step.POINT, t
+        return []
+
+    def _point(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
+        forearm, state = self.arm.forearm.in_user(), states.get(self.robot)
+        if forearm is None or state is None:
+            return []
+        upperarm = self.arm.upperarm.in_user() if self.arm.upperarm else None
+        still = not self.arm.moving and self._robot_rests(t, state) and not state.held
+        if not self._pairs[-1].add(t, forearm, upperarm, state.xy, still):
+            return []
+        self._stop += 1
+        if self._stop < len(self.settings.stops):
+            return self._next_stop(t)
+        return self._finish(t)
+
+    def _robot_rests(self, t: float, state: RobotState) -> bool:
+        xy, since = self._rest
+        if np.hypot(state.xy[0] - xy[0], state.xy[1] - xy[1]) > _REST:
+            self._rest = (state.xy, t)
+            return False
+        return t - since >= 0.2
+
+    def _finish(self, t: float) -> list[Output]:
+        self.step = Step.IDLE
+        if self._home is not None:
+            self.errands.send(self.robot, self._home)
+        try:
+            fit = calibrate(self.settings.body, self._all_pairs(), self.model)
+        except CalibrationError as error:
+            return [Say(t, f"That did not work out: {error}", "trouble"), *self.begin(t)]
+        found = Calibrated(
+            t,
+            self.arm.forearm.settings.name,
+            (float(fit.xyz[0]), float(fit.xyz[1]), float(fit.xyz[2])),
+            float(fit.yaw),
+            tuple(float(v) for v in np.ravel(fit.covariance)),
+            float(fit.rms),
+            float(fit.sigma),
+            len(self._pairs),
+        )
+        return [found, Say(t, verdict(fit), "ready")]
+
+    def _all_pairs(self) -> Pairs:
+        """What was collected, with every point at the height of the robot's light."""
+        names = [str(number) for number, stop in enumerate(self._pairs, 1) for _ in stop.points]
+        points = np.array([(*xy, -self.settings.light_height_m) for stop in self._pairs for xy in stop.points])
+        forearms = np.array([attitude for stop in self._pairs for attitude in stop.forearms])
+        upperarms = np.array([attitude for stop in self._pairs for attitude in stop.upperarms])
+        return still_pairs(forearms, upperarms if self.arm.upperarm else None, points, tuple(names))
+
+
+def verdict(fit: Fit) -> str:
+    """The quality of a calibration in plain words."""
+    degrees = float(np.degrees(fit.rms))
+    worst = max(fit.stops, key=lambda stop: stop.residual).stop
+    if degrees < 2.0:
+        word = "good"
+    elif degrees < 4.0:
+        word = "fair"
+    else:
+        word = f"poor: stop {worst} fits worst; pointing again with a straight arm may help"
+    return f"Your place is known; the pointing fits to {degrees:.1f} degrees, which is {word}"

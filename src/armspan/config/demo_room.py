@@ -1,0 +1,78 @@
+"""The demo's room: a table, four robots, four zones, one virtual person; drawn anew for every seed."""
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from armspan.config.room_file import (
+    RoomFile,
+    SimulatedBand,
+    SimulatedPerson,
+    SimulatedRobot,
+    Simulation,
+    ZoneEntry,
+)
+from armspan.records import Sheet, Vec2
+
+SHEET = Sheet(0.9, 0.6)
+ZONES = ("garden", "harbour", "market", "tower")
+ROBOTS = ("amber", "birch", "cobalt", "dune")
+_RADIUS = 0.06
+_APART = 0.10
+_STOP_LANE = 0.15
+
+
+def demo_room(
+    seed: int,
+    *,
+    posture: Literal["straight", "natural"] = "straight",
+    bands: int = 1,
+    trials: int = 20,
+    feedback: Literal["off", "on", "both"] = "both",
+) -> RoomFile:
+    """A room for the demo: robots stand 10 cm apart or more, from each other and from the zones' rims."""
+    rng = np.random.default_rng([seed, 1])
+    places = _places(rng, len(ROBOTS), len(ZONES))
+    robots = tuple(
+        SimulatedRobot(name, (float(x), float(y)), float(rng.uniform(-180, 180)))
+        for name, (x, y) in zip(ROBOTS, places, strict=False)
+    )
+    zones = tuple(ZoneEntry(name, _hexagon(x, y)) for name, (x, y) in zip(ZONES, places[len(ROBOTS) :], strict=True))
+    worn: list[SimulatedBand] = [SimulatedBand("wrist")]
+    if bands == 2:
+        worn.append(SimulatedBand("upperarm", "upperarm"))
+    at = (
+        float(SHEET.width_m / 2 + rng.uniform(-0.15, 0.15)),
+        float(SHEET.height_m + rng.uniform(0.15, 0.35)),
+    )
+    person = SimulatedPerson(at, float(rng.uniform(-15, 15)), posture, trials=trials, feedback=feedback)
+    return RoomFile(
+        sheet=SHEET,
+        bands=tuple(worn),
+        robots=robots,
+        zones=zones,
+        simulation=Simulation(seed, 0.75, person),
+    )
+
+
+def _places(rng: np.random.Generator, robots: int, zones: int) -> list[Vec2]:
+    """Places (robots first) at least as far apart as two neighbours may be; drawn by rejection."""
+    clear = [0.0] * robots + [_RADIUS] * zones
+    while True:
+        places: list[Vec2] = []
+        for own in clear:
+            for _ in range(200):
+                x = rng.uniform(_STOP_LANE, SHEET.width_m - _STOP_LANE)
+                y = rng.uniform(_STOP_LANE, SHEET.height_m - _STOP_LANE)
+                gaps = [np.hypot(x - a, y - b) - own - other for (a, b), other in zip(places, clear, strict=False)]
+                if min(gaps, default=1.0) >= _APART:
+                    places.append((float(x), float(y)))
+                    break
+        if len(places) == len(clear):
+            return places
+
+
+def _hexagon(x: float, y: float) -> tuple[Vec2, ...]:
+    angles = [k * math.pi / 3 for k in range(6)]
+    return tuple((round(x + _RADIUS * math.cos(a), 4), round(y + _RADIUS * math.sin(a), 4)) for a in angles)

@@ -1,0 +1,205 @@
+"""An open house: the room's devices made, its conductor ready, its doors in step."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from armspan import __version__
+from armspan.conductor import Conductor, Settings
+from armspan.config.body_file import body_from_table
+from armspan.config.room_file import (
+    ReplayedBand,
+    ReplayedRobot,
+    RoomFile,
+    SimulatedBand,
+    SimulatedPerson,
+    SimulatedRobot,
+)
+from armspan.devices import replay, simulated
+from armspan.errors import ConfigError, known_names
+from armspan.log import LogFile, read
+from armspan.ports import Pace, Sink, Source, Swarm
+from armspan.records import COMMANDS, EVENTS, Body, ImuSample, Press, Record, RobotState, Tick
+from armspan.session import FastPace, LivePace, Session
+from armspan.simulation.bands import VirtualBand, draw_band
+from armspan.simulation.person import Person, VirtualPerson, draw_person, measured_body
+from armspan.simulation.robots import Plant, VirtualRobots
+from armspan.simulation.script import Script, Target, Trial
+from armspan.simulation.world import World, zone_middles
+
+
+@dataclass(slots=True)
+class House:
+    """A room with its doors made and not yet opened; ``run`` opens them."""
+
+    settings: Settings
+    world: World | None
+    logs: dict[str, LogFile]
+    seconds: float | None = None
+
+    @property
+    def header(self) -> dict[str, object]:
+        """What a log keeps of the room; epoch 0, since simulated and replayed time starts at zero."""
+        return {"armspan": __version__, "epoch_ns": 0, "settings": msgspec.to_builtins(self.settings)}
+
+    def session(self, sinks: Sequence[Sink]) -> Session:
+        """The session of this house; the world hears everything too."""
+        swarm: Swarm = simulated.SimulatedSwarm(self.world) if self.world else replay.NoSwarm()
+        heard: list[Sink] = [self._hear] if self.world else []
+        return Session(Conductor(self.settings), swarm, [*sinks, *heard])
+
+    async def run(self, session: Session, *, live: bool) -> None:
+        """Open all doors together and go on until every source has ended."""
+        fast = FastPace(session)
+        sources: list[Source] = []
+        for make in self._makers():
+            if live:
+                sources.append(make(LivePace()))
+            else:
+                door = fast.door()
+                sources.append(door.through(make(door)))
+        await session.run(sources)
+
+    def _makers(self) -> list[Callable[[Pace], Source]]:
+        """One maker for each source; the first one also brings the ticks and the presses."""
+        makers: list[Callable[[Pace], Source]] = []
+        if self.world is not None:
+            makers.append(partial(simulated.source, self.world, seconds=self.seconds))
+        for log in self.logs.values():
+            records = events_of(self.settings, log, leading=not makers)
+            makers.append(partial(replay.source, records))
+        return makers
+
+    def _hear(self, record: Record) -> None:
+        if self.world is not None and not isinstance(record, COMMANDS):
+            self.world.take(record)
+
+
+def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = None) -> House:
+    """Make a room's devices; relative names of logs are looked for in ``folder``.
+
+    Raises:
+        ConfigError: when the room asks for what cannot be had.
+        LogError: when a replayed log cannot be read.
+
+    """
+    rng = np.random.default_rng(room.simulation.seed)
+    bands = [band for band in room.bands if isinstance(band, SimulatedBand)]
+    robots = [robot for robot in room.robots if isinstance(robot, SimulatedRobot)]
+    person = _draw_person(room.simulation.person, room, rng) if bands else None
+    body = _body(room, person, rng)
+    settings = room.settings(body)
+    world = _world(room, settings, person, bands, robots, rng) if bands or robots else None
+    return House(settings, world, _logs(room, folder), seconds)
+
+
+def _draw_person(wanted: SimulatedPerson, room: RoomFile, rng: np.random.Generator) -> Person:
+    arm = (room.body or {}).get("arm", "right")
+    return draw_person(rng, arm=arm, posture=wanted.posture, stature=wanted.stature_m, seated=wanted.seated)
+
+
+def _body(room: RoomFile, person: Person | None, rng: np.random.Generator) -> Body:
+    measured = measured_body(person, rng) if person is not None else None
+    if room.body is not None:
+        return body_from_table(room.body, "the room")
+    if measured is None:
+        raise ConfigError("[body] is missing: a real person's measures are needed")
+    return _to_the_millimetre(measured)
+
+
+def _to_the_millimetre(body: Body) -> Body:
+    """A body as it is written down from a tape."""
+    forward, left, up = (round(float(value), 3) for value in body.shoulder_to_eye_m)
+    return Body(
+        round(float(body.eye_height_m), 3),
+        (forward, left, up),
+        round(float(body.shoulder_to_fingertip_m), 3),
+        body.arm,
+        None if body.upper_arm_m is None else round(float(body.upper_arm_m), 3),
+        None if body.elbow_to_fingertip_m is None else round(float(body.elbow_to_fingertip_m), 3),
+        body.covariance,
+    )
+
+
+def _world(
+    room: RoomFile,
+    settings: Settings,
+    person: Person | None,
+    bands: list[SimulatedBand],
+    robots: list[SimulatedRobot],
+    rng: np.random.Generator,
+) -> World:
+    wanted = room.simulation.person
+    someone = None
+    if person is not None:
+        x, y = wanted.at_m
+        facing = np.pi / 2 + np.radians(wanted.facing_deg)
+        someone = VirtualPerson(person, (x, -y), float(facing), rng)
+    worn = [VirtualBand(band.name, band.segment, draw_band(rng, fusion=band.fusion), rng) for band in bands]
+    driven = VirtualRobots(
+        tuple(robot.name for robot in robots),
+        np.array([robot.start_m for robot in robots], dtype=float).reshape(-1, 2),
+        np.radians([robot.heading_deg for robot in robots]),
+        room.sheet,
+        rng,
+        Plant(),
+    )
+    script = Script(draw_trials(wanted, settings, rng) if someone else ())
+    return World(
+        someone,
+        worn,
+        driven,
+        zone_middles(settings.zones),
+        script,
+        rng,
+        table_height=room.simulation.table_height_m,
+        light_height=room.light_height_m,
+    )
+
+
+def draw_trials(wanted: SimulatedPerson, settings: Settings, rng: np.random.Generator) -> tuple[Trial, ...]:
+    """The targets the person is asked for, robots and zones in turn, first without and then with the cursor."""
+    names = [f"robot:{name}" for name in settings.robots] + [f"zone:{zone.name}" for zone in settings.zones]
+    targets: list[str] = []
+    while len(targets) < wanted.trials:
+        round_ = [names[k] for k in rng.permutation(len(names))]
+        if targets and round_[0] == targets[-1]:
+            round_ = [*round_[1:], round_[0]]
+        targets.extend(round_)
+    modes = {"off": (False,), "on": (True,), "both": (False, True)}[wanted.feedback]
+    return tuple(Trial(Target(name), shown) for shown in modes for name in targets[: wanted.trials])
+
+
+def _logs(room: RoomFile, folder: Path) -> dict[str, LogFile]:
+    wanted = [entry for entry in (*room.bands, *room.robots) if isinstance(entry, ReplayedBand | ReplayedRobot)]
+    logs = {name: read(folder / name) for name in dict.fromkeys(entry.log for entry in wanted)}
+    for entry in wanted:
+        known = _sources(logs[entry.log])
+        if entry.name not in known:
+            raise ConfigError(f"{entry.log}: {known_names('device', entry.name, known)}")
+    return logs
+
+
+def _sources(log: LogFile) -> set[str]:
+    names = {record.source for record in log.records if isinstance(record, ImuSample)}
+    return names | {record.robot for record in log.records if isinstance(record, RobotState)}
+
+
+def events_of(settings: Settings, log: LogFile, *, leading: bool) -> list[Record]:
+    """The events of a log that concern a room's devices; ticks and presses only where the log leads."""
+    names = {band.name for band in settings.bands} | set(settings.robots)
+    return [record for record in log.records if _concerns(record, names, leading)]
+
+
+def _concerns(record: Record, names: set[str], leading: bool) -> bool:
+    if isinstance(record, Press):
+        return leading and record.name != "quit"
+    if isinstance(record, Tick):
+        return leading
+    return isinstance(record, EVENTS) and (
+        getattr(record, "source", None) in names or getattr(record, "robot", None) in names
+    )

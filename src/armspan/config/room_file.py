@@ -1,0 +1,208 @@
+"""ROOM.toml: what stands in the room. Every number says its unit in its name."""
+
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+import msgspec
+import numpy as np
+import shapely
+
+from armspan.conductor import BandSettings, Settings
+from armspan.config.body_file import body_from_table
+from armspan.errors import ConfigError
+from armspan.pointing.selection import SelectionSettings
+from armspan.records import Body, Model, Quaternion, Sheet, Vec2, Zone
+from armspan.swarm.limits import Limits
+
+
+class SimulatedBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="simulated"):
+    """A virtual band; ``fusion`` tells whether it sends its own quaternion or raw samples only."""
+
+    name: str
+    segment: Literal["forearm", "upperarm"] = "forearm"
+    fusion: Literal["onboard", "raw"] = "onboard"
+    wrist_from_sensor: Quaternion | None = None
+
+
+class ReplayedBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="replay"):
+    """A band whose samples come from a log."""
+
+    name: str
+    log: str
+    segment: Literal["forearm", "upperarm"] = "forearm"
+    rate_hz: float = 100.0
+    wrist_from_sensor: Quaternion | None = None
+
+
+class SimulatedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="simulated"):
+    """A virtual robot and where it starts."""
+
+    name: str
+    start_m: Vec2
+    heading_deg: float = 0.0
+
+
+class ReplayedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="replay"):
+    """A robot whose states come from a log; commands to it go nowhere."""
+
+    name: str
+    log: str
+
+
+class SimulatedPerson(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The virtual person: where they stand in sheet coordinates, how they hold the arm, what they are asked."""
+
+    at_m: Vec2 = (0.4, 0.8)
+    facing_deg: float = 0.0
+    posture: Literal["straight", "natural"] = "straight"
+    seated: bool = False
+    stature_m: float | None = None
+    trials: int = 8
+    feedback: Literal["off", "on", "both"] = "both"
+
+
+class Simulation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """The virtual part of a room."""
+
+    seed: int = 0
+    table_height_m: float = 0.75
+    person: SimulatedPerson = SimulatedPerson()
+
+
+BandEntry = SimulatedBand | ReplayedBand
+RobotEntry = SimulatedRobot | ReplayedRobot
+
+
+class ZoneEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A named polygon on the sheet."""
+
+    name: str
+    polygon_m: tuple[Vec2, ...]
+
+
+class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A whole room. ``body`` may be left out where the person is simulated: it is then measured by virtual tape."""
+
+    sheet: Sheet
+    bands: tuple[BandEntry, ...]
+    robots: tuple[RobotEntry, ...]
+    body: dict[str, Any] | None = None
+    zones: tuple[ZoneEntry, ...] = ()
+    stops_m: tuple[Vec2, ...] = ()
+    model: Model | None = None
+    light_height_m: float = 0.045
+    led_zero_deg: float = 0.0
+    feedback: bool = False
+    limits: Limits = Limits()
+    selection: SelectionSettings = SelectionSettings()
+    simulation: Simulation = Simulation()
+
+    def settings(self, body: Body) -> Settings:
+        """What the conductor needs of it."""
+        bands = tuple(
+            BandSettings(band.name, band.segment, getattr(band, "rate_hz", 100.0), band.wrist_from_sensor)
+            for band in self.bands
+        )
+        return Settings(
+            body=body,
+            sheet=self.sheet,
+            bands=bands,
+            robots=tuple(robot.name for robot in self.robots),
+            zones=tuple(Zone(zone.name, zone.polygon_m) for zone in self.zones),
+            stops=self.stops_m or default_stops(self.sheet),
+            model=self.model,
+            light_height_m=self.light_height_m,
+            led_zero_deg=self.led_zero_deg,
+            limits=self.limits,
+            selection=self.selection,
+            feedback=self.feedback,
+        )
+
+
+def default_stops(sheet: Sheet, inset: float = 0.08) -> tuple[Vec2, ...]:
+    """Four stops [m] near the sheet's corners, in the order of a drive round it."""
+    x0, x1, y0, y1 = inset, sheet.width_m - inset, inset, sheet.height_m - inset
+    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+
+
+def read_room(path: Path) -> RoomFile:
+    """A room file, checked.
+
+    Raises:
+        ConfigError: one sentence with the file, the place in it and what was expected.
+
+    """
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(
+            f"{path} cannot be read: {error.strerror}. `armspan init {path}` writes one to start from"
+        ) from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path} is not TOML: {error}") from None
+    try:
+        room = parse_room(raw)
+    except ConfigError as error:
+        raise ConfigError(f"{path}: {error}") from None
+    return room
+
+
+def parse_room(raw: dict[str, Any]) -> RoomFile:
+    """A room from parsed TOML.
+
+    Raises:
+        ConfigError: what is wrong, where, and what was expected.
+
+    """
+    try:
+        room = msgspec.convert(raw, RoomFile)
+    except msgspec.ValidationError as error:
+        cause = error.__cause__
+        raise ConfigError(str(cause) if isinstance(cause, ConfigError) else _in_words(str(error))) from None
+    _check(room)
+    return room
+
+
+def _in_words(text: str) -> str:
+    """A validation error as a sentence: the place in the file first."""
+    what, _, place = text.partition(" - at `")
+    place = place.rstrip("`").removeprefix("$").removeprefix(".") or "the top of the file"
+    return f"at {place}: {what[:1].lower()}{what[1:]}; see the comments of a file written by `armspan init`"
+
+
+def _check(room: RoomFile) -> None:
+    if not room.bands or not room.robots:
+        raise ConfigError("the room needs at least one entry in [[bands]] and one in [[robots]]")
+    for size, name in ((room.sheet.width_m, "width_m"), (room.sheet.height_m, "height_m")):
+        if not 0.05 <= size <= 20:
+            raise ConfigError(f"sheet.{name} is {size}; expected metres between 0.05 and 20")
+    for zone in room.zones:
+        _check_zone(zone, room.sheet)
+    for x, y in room.stops_m:
+        if not (0 <= x <= room.sheet.width_m and 0 <= y <= room.sheet.height_m):
+            raise ConfigError(
+                f"the stop ({x}, {y}) lies off the sheet of {room.sheet.width_m} x {room.sheet.height_m} m"
+            )
+    if room.stops_m and len(room.stops_m) < 3:
+        raise ConfigError(
+            f"stops_m has {len(room.stops_m)} stops; the set-up needs three that are not on one line, better four"
+        )
+    if room.body is not None:
+        body_from_table(room.body, "the room")
+    elif not any(isinstance(band, SimulatedBand) for band in room.bands):
+        raise ConfigError("[body] is missing: a real person's measures are needed")
+
+
+def _check_zone(zone: ZoneEntry, sheet: Sheet) -> None:
+    if len(zone.polygon_m) < 3:
+        raise ConfigError(f"zone {zone.name!r} has {len(zone.polygon_m)} corners; a polygon has three at least")
+    shape = shapely.Polygon(zone.polygon_m)
+    if not shape.is_valid or shape.area == 0:
+        raise ConfigError(f"zone {zone.name!r} crosses itself or has no area; list its corners in order round it")
+    corners = np.array(zone.polygon_m)
+    if corners.min() < 0 or corners[:, 0].max() > sheet.width_m or corners[:, 1].max() > sheet.height_m:
+        raise ConfigError(
+            f"zone {zone.name!r} reaches outside the sheet of {sheet.width_m} x {sheet.height_m} m; coordinates are "
+            "metres from the sheet's corner"
+        )

@@ -1,0 +1,1 @@
+"""One file per thing with a wire or a radio; strangers to each other."""

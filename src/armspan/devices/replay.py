@@ -1,0 +1,21 @@
+"""A log as a device: its events come again, in the order in which they arrived."""
+
+from collections.abc import AsyncGenerator, Iterable
+
+from armspan.ports import Pace
+from armspan.records import EVENTS, Command, Event, Record
+
+
+async def source(records: Iterable[Record], pace: Pace) -> AsyncGenerator[Event, None]:
+    """The events among records; what was decided then is left out, to be decided anew."""
+    for record in records:
+        if isinstance(record, EVENTS):
+            await pace(record.t)
+            yield record  # type: ignore[misc]
+
+
+class NoSwarm:
+    """Robots that are only remembered: commands go nowhere."""
+
+    async def send(self, command: Command) -> None:
+        """Take a command and do nothing."""

@@ -1,0 +1,120 @@
+"""The user's place while it is used: ``sheet_from_user`` with its drift, refined by every confirmed selection.
+
+A band's heading drifts by 1 to 3.5 degrees a minute. A heading error turns whole rays about the vertical
+through the eye, which is the user frame's z axis: in (x, y, z, yaw) it is a change of yaw alone. So the
+place is a Kalman filter over (x, y, z, yaw, rate of yaw), started by the calibration, that a confirmed
+selection updates with the angle between the ray and the thing chosen.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from armspan.frames import SHEET_FLIP, Array, Transform, sheet_from_user, yaw_rotation
+from armspan.records import Calibrated
+
+DRIFT_RATE = np.radians(2.0) / 60
+"""Standard deviation [rad/s] of a band's heading drift before anything is known of it."""
+
+SWAY_RATE = 0.01**2 / 60
+"""Growth [m²/s] of the variance of where the user stands: a centimetre in a minute."""
+
+_GATE = 9.21
+"""Squared Mahalanobis distance (two axes, 99 %) beyond which a selection does not move the place."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaceNow:
+    """``sheet_from_user`` at one moment: ``xyz`` (3,) [m], ``yaw`` [rad], ``covariance`` (4, 4), ``sigma`` [rad]."""
+
+    xyz: Array
+    yaw: float
+    covariance: Array
+    sigma: float
+
+    def transform(self) -> Transform:
+        """``sheet_from_user``."""
+        return sheet_from_user(self.xyz, self.yaw)
+
+
+@dataclass(slots=True)
+class Place:
+    """``sheet_from_user`` at time ``t`` [s], with ``state`` (x, y, z, yaw, yaw rate) and ``covariance`` (5, 5).
+
+    ``sigma`` [rad] is the pointing noise per axis of this person, as the calibration showed it.
+    """
+
+    source: str
+    t: float
+    state: Array
+    covariance: Array
+    sigma: float
+    rms: float
+    pairs: int
+
+    @classmethod
+    def from_calibration(cls, found: Calibrated, drift_rate: float = DRIFT_RATE) -> "Place":
+        """Start from a calibration; ``drift_rate`` [rad/s] is the heading's expected drift."""
+        covariance = np.zeros((5, 5))
+        covariance[:4, :4] = np.reshape(found.covariance, (4, 4))
+        covariance[4, 4] = drift_rate**2
+        state = np.array([*found.xyz, found.yaw, 0.0])
+        return cls(found.source, found.t, state, covariance, found.sigma, found.rms, found.pairs)
+
+    def advance(self, t: float) -> None:
+        """Let the time pass: the heading drifts at its rate, and all grows less certain."""
+        dt = t - self.t
+        if dt <= 0:
+            return
+        flow = np.eye(5)
+        flow[3, 4] = dt
+        self.state = flow @ self.state
+        self.covariance = flow @ self.covariance @ flow.T
+        self.covariance[0, 0] += SWAY_RATE * dt
+        self.covariance[1, 1] += SWAY_RATE * dt
+        self.t = t
+
+    def confirm(self, origin_user: Array, direction_user: Array, point_sheet: Array) -> bool:
+        """Learn from a selection: a ray (3,), (3,) that was meant for a point (3,) [m] in ``sheet``.
+
+        False, and nothing learnt, when the ray misses the point by more than chance allows (99 %).
+        """
+        residual, slope = self._miss(origin_user, direction_user, point_sheet)
+        spread = slope @ self.covariance @ slope.T + self.sigma**2 * np.eye(2)
+        gain = np.linalg.solve(spread, slope @ self.covariance).T
+        if residual @ np.linalg.solve(spread, residual) > _GATE:
+            return False
+        self.state = self.state - gain @ residual
+        keep = np.eye(5) - gain @ slope  # Joseph's form keeps the covariance symmetric and positive
+        self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * gain @ gain.T
+        return True
+
+    def _miss(self, origin: Array, direction: Array, point: Array) -> tuple[Array, Array]:
+        """The miss angles (2,) [rad] in the ray's tangent plane and their slope (2, 5) over the state."""
+        turn = yaw_rotation(float(self.state[3]))
+        seen = turn.T @ (SHEET_FLIP @ (point - self.state[:3])) - origin
+        reach = float(np.linalg.norm(seen))
+        basis = _tangent(direction)
+        slope_seen = np.zeros((3, 5))
+        slope_seen[:, :3] = -turn.T @ SHEET_FLIP
+        from_axis = seen + origin
+        slope_seen[:, 3] = [from_axis[1], -from_axis[0], 0.0]
+        return basis @ seen / reach, basis @ slope_seen / reach
+
+    def now(self) -> PlaceNow:
+        """The place at the time it was last advanced to."""
+        return PlaceNow(self.state[:3], float(self.state[3]), self.covariance[:4, :4], self.sigma)
+
+    def calibrated(self) -> Calibrated:
+        """The place as a record."""
+        x, y, z, yaw, _ = (float(v) for v in self.state)
+        covariance = tuple(float(v) for v in self.covariance[:4, :4].ravel())
+        return Calibrated(self.t, self.source, (x, y, z), yaw, covariance, self.rms, self.sigma, self.pairs)
+
+
+def _tangent(direction: Array) -> Array:
+    """Two unit vectors (2, 3) across a direction: to its left and upward."""
+    left = np.array([-direction[1], direction[0], 0.0])
+    length = float(np.sqrt(left @ left))
+    left = left / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
+    return np.stack([left, np.cross(direction, left)])

@@ -1,0 +1,214 @@
+"""The one loop: sources -> conductor -> swarm and sinks.
+
+Async ends at ``Conductor.step``: above it everything may wait and nothing computes. Only the session calls
+``swarm.send``. Robots are stopped on every way out: end of the sources, an exception anywhere, Ctrl-C.
+"""
+
+import asyncio
+import time
+from collections import deque
+from collections.abc import AsyncGenerator, Sequence
+from contextlib import AsyncExitStack, aclosing
+from dataclasses import dataclass, field
+
+from armspan.conductor import Conductor
+from armspan.ports import Sink, Source, Swarm
+from armspan.records import (
+    Command,
+    Drive,
+    Event,
+    GoTo,
+    Haptic,
+    ImuSample,
+    Light,
+    Press,
+    Record,
+    Stop,
+    is_finite,
+)
+
+QUEUE = 2000
+"""Events that may wait: ten seconds of two bands at 100 Hz."""
+
+
+@dataclass(slots=True)
+class Counters:
+    """What a session did: events by kind, samples dropped, microseconds of every step by kind of event."""
+
+    dropped: int = 0
+    not_finite: int = 0
+    step_us: dict[str, list[float]] = field(default_factory=dict)
+
+
+class Session:
+    """Runs a conductor between doors; ``run`` once."""
+
+    def __init__(self, conductor: Conductor, swarm: Swarm, sinks: Sequence[Sink] = ()) -> None:
+        self.conductor, self.swarm, self.sinks = conductor, swarm, list(sinks)
+        self.counters = Counters()
+        self._waiting: deque[Event] = deque()
+        self._news = asyncio.Event()
+        self._idle = asyncio.Event()
+        self._idle.set()
+        self._t = 0.0
+
+    async def run(self, sources: Sequence[Source]) -> None:
+        """Let events in until every source has ended, then stop the robots.
+
+        Raises whatever a source or the swarm raised, after the robots were told to stop.
+        """
+        try:
+            async with asyncio.TaskGroup() as doors, AsyncExitStack() as stack:
+                for source in sources:
+                    await stack.enter_async_context(aclosing(source))
+                pumps = [doors.create_task(self._pump(source)) for source in sources]
+                loop = doors.create_task(self._loop())
+                await asyncio.gather(*pumps)
+                await self.caught_up()
+                loop.cancel()
+        except BaseExceptionGroup as failures:
+            raise _first(failures) from None
+        finally:
+            await asyncio.shield(self._end())
+
+    async def caught_up(self) -> None:
+        """Wait until everything let in so far has been decided and sent."""
+        await self._idle.wait()
+
+    def let_in(self, event: Event) -> None:
+        """Queue an event: a full queue drops samples, counted, never anything else."""
+        if not is_finite(event):
+            self.counters.not_finite += 1
+            return
+        if isinstance(event, ImuSample) and len(self._waiting) >= QUEUE:
+            self.counters.dropped += 1
+            return
+        self._waiting.append(event)
+        self._idle.clear()
+        self._news.set()
+
+    async def _pump(self, source: Source) -> None:
+        async for event in source:
+            if isinstance(event, Press) and event.name == "stop":
+                await self.swarm.send(Stop(event.t, None, "stop"))  # at once, before anything that waits
+                self._waiting.appendleft(event)
+                self._idle.clear()
+                self._news.set()
+            else:
+                self.let_in(event)
+
+    async def _loop(self) -> None:
+        while True:
+            await self._news.wait()
+            self._news.clear()
+            while self._waiting:
+                await self._decide(self._waiting.popleft())
+            self._idle.set()
+
+    async def _decide(self, event: Event) -> None:
+        self._t = max(self._t, event.t)
+        self._tell(event)
+        began = time.perf_counter_ns()
+        outputs = self.conductor.step(event)
+        micros = (time.perf_counter_ns() - began) / 1000
+        self.counters.step_us.setdefault(type(event).__name__, []).append(micros)
+        for output in outputs:
+            self._tell(output)
+        for command in latest(outputs):
+            await self.swarm.send(command)
+
+    def _tell(self, record: Record) -> None:
+        for sink in self.sinks:
+            sink(record)
+
+    async def _end(self) -> None:
+        """Stop the robots first, whatever happened, then put it on record."""
+        await self.swarm.send(Stop(self._t, None, "quit"))
+        self._waiting.clear()
+        await self._decide(Press(self._t, "quit"))
+
+
+def latest(outputs: Sequence[Record]) -> list[Command]:
+    """The commands to send, in order: of several motions for one robot only the last; a Stop for all leads."""
+    commands: list[Command] = [o for o in outputs if isinstance(o, GoTo | Drive | Light | Haptic | Stop)]
+    last: dict[tuple[object, ...], int] = {}
+    for place, command in enumerate(commands):
+        last[_slot(command, place)] = place
+    kept = [commands[place] for place in sorted(last.values())]
+    return sorted(kept, key=lambda command: not (isinstance(command, Stop) and command.robot is None))
+
+
+def _slot(command: Command, place: int) -> tuple[object, ...]:
+    return ("motion", command.robot) if isinstance(command, GoTo | Drive) else ("other", place)
+
+
+def _first(failures: BaseExceptionGroup[BaseException]) -> BaseException:
+    inner = failures.exceptions[0]
+    return _first(inner) if isinstance(inner, BaseExceptionGroup) else inner
+
+
+class FastPace:
+    """As fast as it goes, and still in order: the source that is least far waits for all decisions, then runs.
+
+    Every source gets a pace of its own from ``door`` and gives it back with ``leave``.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._reached: dict[int, float] = {}
+        self._turn = asyncio.Condition()
+
+    def door(self) -> "Door":
+        """A pace for one source, which starts at zero."""
+        number = len(self._reached)
+        self._reached[number] = 0.0
+        return Door(self, number)
+
+    async def wait(self, number: int, t: float) -> None:
+        """Let source ``number`` go on to ``t`` [s] once no other is behind it and nothing waits."""
+        async with self._turn:
+            self._reached[number] = t
+            self._turn.notify_all()
+            await self._turn.wait_for(lambda: min((at, k) for k, at in self._reached.items())[1] == number)
+        await self._session.caught_up()
+
+    async def leave(self, number: int) -> None:
+        """Source ``number`` has ended."""
+        async with self._turn:
+            self._reached.pop(number, None)
+            self._turn.notify_all()
+
+
+@dataclass(frozen=True, slots=True)
+class Door:
+    """One source's place in a `FastPace`."""
+
+    pace: FastPace
+    number: int
+
+    async def __call__(self, t: float) -> None:
+        """Wait for the turn to go on to ``t`` [s]."""
+        await self.pace.wait(self.number, t)
+
+    async def through(self, source: Source) -> AsyncGenerator[Event, None]:
+        """The source's events; its place is given up when it ends."""
+        try:
+            async with aclosing(source):
+                async for event in source:
+                    yield event
+        finally:
+            await self.pace.leave(self.number)
+
+
+class LivePace:
+    """In time with the wall: sleeps until ``t``; a session that falls behind goes on without sleeping."""
+
+    def __init__(self) -> None:
+        self._start: float | None = None
+
+    async def __call__(self, t: float) -> None:
+        """Sleep until ``t`` [s]."""
+        now = time.monotonic()
+        if self._start is None:
+            self._start = now
+        await asyncio.sleep(max(0.0, self._start + t - now))

@@ -1,0 +1,1 @@
+"""What a session shows: pure, from records, never from files."""

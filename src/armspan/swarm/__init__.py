@@ -1,0 +1,1 @@
+"""Label or place to commands that are safe to send."""
