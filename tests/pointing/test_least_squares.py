@@ -5,10 +5,10 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy.optimize import least_squares as scipy_least_squares
 
-from armspan.pointing.least_squares import Problem, angles, linearise, minimise, miss, solve
+from armspan.pointing.least_squares import Problem, angles, linearise, minimise, miss, robust_cost, solve
 
 
-def random_problem(rng, count=4, sigma=np.radians(2.0)):
+def random_problem(rng, count=4, sigma=0.035):
     """Noisy rays from one eye to a square sheet at a random place, and that place."""
     side = rng.uniform(0.4, 1.0)
     points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 0]])[:count] * side
@@ -46,6 +46,7 @@ def test_the_cost_is_that_of_soft_l1():
     z = (written_out(problem, place) / problem.loss_scale) ** 2
     expected = 0.5 * problem.loss_scale**2 * np.sum(problem.weights * 2 * (np.sqrt(1 + z) - 1))
     assert_allclose(linearise(problem, place[None]).cost, [expected], rtol=1e-12)
+    assert_allclose(robust_cost(problem, angles(problem, place[None])), [expected], rtol=1e-12)
 
 
 def test_the_gradient_agrees_with_finite_differences():

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from straight_arms import BODY, with_x
 
 from armspan.errors import CalibrationError
 from armspan.pointing.rays import arm_rays, default_model, unit
 from armspan.records import Body
+from straight_arms import BODY, with_x
 
 REPORT = Body(eye_height_m=1.65, shoulder_to_eye_m=(0.0, 0.2, 0.25), shoulder_to_fingertip_m=0.7)
 AHEAD = np.eye(3)
@@ -74,7 +74,7 @@ def test_what_the_two_band_model_lacks_is_named():
         arm_rays(BODY, AHEAD, None, "two-band")
     with pytest.raises(CalibrationError, match="upper_arm_m and elbow_to_fingertip_m"):
         arm_rays(REPORT, AHEAD, AHEAD, "two-band")
-    with pytest.raises(CalibrationError, match="'head-fingr' does not exist.*Did you mean 'head-finger'"):
+    with pytest.raises(CalibrationError, match=r"'head-fingr' does not exist.*Did you mean 'head-finger'"):
         arm_rays(BODY, AHEAD, None, "head-fingr")
 
 

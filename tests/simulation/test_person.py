@@ -105,8 +105,9 @@ def test_the_head_turns_with_the_target():
 def test_the_arm_hangs_until_told_otherwise():
     pose = someone().pose([0.0, 1.0])
     assert pose.fingertip[0] == pytest.approx([0.0, -0.2, 0.6])
-    # x down, the back of the hand (z) to the right, so y ahead: down × ahead = right.
-    axes = np.column_stack([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    # x down, the back of the hand (z) half ahead and half to the right, y half ahead and half to the left.
+    half = np.sqrt(0.5)
+    axes = np.column_stack([[0.0, 0.0, -1.0], [half, half, 0.0], [half, -half, 0.0]])
     assert pose.room_from_forearm[0] == pytest.approx(axes)
 
 
@@ -126,7 +127,7 @@ def test_the_left_arm_is_the_mirror_image():
     for point in ("eye", "shoulder", "elbow", "wrist", "fingertip"):
         assert getattr(left, point)[0] == pytest.approx(flip * getattr(right, point)[0])
     hanging = someone(mirrored).pose([0.0])
-    assert hanging.room_from_forearm[0][:, 2] == pytest.approx([0.0, 1.0, 0.0])
+    assert hanging.room_from_forearm[0][:, 2] == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0.0])
 
 
 def test_a_resting_hand_is_before_the_belly():
@@ -162,6 +163,22 @@ def test_no_movement_changes_the_lengths(seed):
         assert np.cross(frames[:, :, 0], along) == pytest.approx(np.zeros((300, 3)), abs=1e-12)
 
 
+@pytest.mark.parametrize("posture", ["straight", "natural"])
+def test_a_person_can_point_anywhere(posture):
+    rng = np.random.default_rng(21)
+    virtual = VirtualPerson(draw_person(rng, posture=posture), (0.0, 0.0), 0.0, rng)
+    for k in range(200):
+        target = rng.uniform((-1.0, -3.0, 0.0), (4.0, 3.0, 3.0))
+        virtual.point(3.0 * k, target)
+        pose = virtual.pose([3.0 * k + 1.0, 3.0 * k + 2.5])
+        assert np.isfinite(pose.room_from_forearm).all()
+        line, there = pose.fingertip[1] - pose.eye[1], target - pose.eye[1]
+        apart = np.arctan2(np.linalg.norm(np.cross(line, there)), line @ there)
+        assert np.degrees(apart) < 12.0
+    virtual.point(700.0, (0.0, 0.0, 0.0))
+    assert np.isfinite(virtual.pose([702.0]).fingertip).all()
+
+
 # --- time ----------------------------------------------------------------------------------------------------
 
 
@@ -187,6 +204,40 @@ def tracked_lag(lag, speed):
     line = pose.fingertip[0] - pose.eye[0]
     aimed = 2.0 * line[1] / line[0]
     return (speed * 3.0 - aimed) / speed
+
+
+def test_no_arm_spins():
+    """A wrist turns at some 400 deg/s when it is quick; a forearm's axes may not flip on the way."""
+    for seed in range(40):
+        rng = np.random.default_rng(seed)
+        posture, arm = ("straight", "natural")[seed % 2], ("right", "left")[seed // 2 % 2]
+        virtual = VirtualPerson(draw_person(rng, posture=posture, arm=arm), (0.0, 0.0), 0.0, rng)
+        spot = (1.5, rng.uniform(-1.0, 1.0), 0.7)
+        tasks = ["point", "hang", "stretch", "rest", "point", "stretch", "hang", "rest", "hang"]
+        for k, task in enumerate(tasks):
+            virtual.point(3.0 * k, spot) if task == "point" else getattr(virtual, task)(3.0 * k)
+            pose = virtual.pose(3.0 * k + np.arange(0.2, 1.6, 0.01))
+            for frames in (pose.room_from_forearm, pose.room_from_upperarm):
+                trace = np.einsum("nij,nij->n", frames[1:], frames[:-1])
+                rate = np.degrees(np.arccos(np.clip((trace - 1.0) / 2.0, -1.0, 1.0))) / 0.01
+                assert rate.max() < 700.0, (seed, task)
+
+
+def test_a_resting_hand_is_quieter_than_a_pointing_one():
+    virtual = someone(replace(FLAWLESS, steadiness=Steadiness(hold=tuple(np.radians((0.4, 0.4))))))
+
+    def waver(t):
+        along = virtual.pose(np.arange(t, t + 60.0, 0.05)).room_from_forearm[:, :, 0]
+        return np.degrees(np.sqrt(along.var(axis=0).sum()))
+
+    hanging = waver(0.0)
+    virtual.stretch(100.0)
+    stretched = waver(103.0)
+    virtual.rest(200.0)
+    resting = waver(203.0)
+    assert stretched == pytest.approx(0.4 * np.sqrt(2.0), rel=0.2)
+    assert hanging == pytest.approx(0.3 * stretched, rel=0.2)
+    assert resting == pytest.approx(0.1 * stretched, rel=0.2)
 
 
 @pytest.mark.parametrize("lag", [0.1, 0.15, 0.2])

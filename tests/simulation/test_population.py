@@ -50,7 +50,7 @@ def natural():
 @pytest.fixture(scope="module")
 def patient():
     """Fewer people, who repeat themselves as in the study."""
-    return study(40, "natural", 12)
+    return study(30, "natural", 12)
 
 
 @pytest.fixture(scope="module")

@@ -22,6 +22,9 @@ from armspan.pointing.rays import default_model
 from armspan.pointing.spots import Spot, spot
 from armspan.records import MODELS, Body, Model
 
+SUSPECT = float(np.radians(8.0))
+"""Residual [rad] above which the frame of the points may be the other way up."""
+
 TABLE_SD_M = 0.02
 """How well a table's height is known from a tape measure [m]."""
 
@@ -80,15 +83,28 @@ def _check_bands(path: Path, model: Model, rays: Recording | None) -> None:
 
 
 def _fit(args: argparse.Namespace, body: Body, recording: Recording, model: Model) -> tuple[Fit, float]:
+    """The fit and the milliseconds it took, in a second run: the first one also pays for numpy's awakening."""
     height = None if args.table_height_m is None else (args.table_height_m, TABLE_SD_M)
     priors = Priors(height, PITCH_SD if args.free_pitch else None, args.free_body)
     try:
         pairs = _pairs(recording)
-        started = time.perf_counter()
-        fit = calibrate(body, pairs, model, z_up=args.z_up, method=args.method, priors=priors)
+        for _ in range(2):
+            started = time.perf_counter()
+            fit = calibrate(body, pairs, model, z_up=args.z_up, method=args.method, priors=priors)
+            took = time.perf_counter() - started
+        if fit.rms > SUSPECT and _other_way_up_fits(fit, body, pairs):
+            told = "without --z-up" if args.z_up else "with --z-up"
+            print(f"armspan calibrate: the rays fit twice as well {told}: which way does z point?", file=sys.stderr)
     except CalibrationError as error:
         raise CalibrationError(f"{args.pairs}: {error}") from None
-    return fit, 1000.0 * (time.perf_counter() - started)
+    return fit, 1000.0 * took
+
+
+def _other_way_up_fits(fit: Fit, body: Body, pairs: Pairs) -> bool:
+    try:
+        return calibrate(body, pairs, fit.model, z_up=not fit.z_up).rms < fit.rms / 2.0
+    except CalibrationError:
+        return False
 
 
 def _pairs(recording: Recording) -> Pairs:
@@ -121,13 +137,17 @@ def _document(fit: Fit, solve_ms: float) -> dict[str, Any]:
         "covariance": fit.covariance.tolist(),
         "rms_deg": float(np.degrees(fit.rms)),
         "stops": [
-            {"stop": stop.stop, "residual_deg": angle, "pairs": stop.pairs, "used": stop.used}
+            {"stop": _label(stop.stop), "residual_deg": angle, "pairs": stop.pairs, "used": stop.used}
             for stop, angle in zip(fit.stops, residuals, strict=True)
         ],
         "residual_deg": residuals,
         "condition": fit.condition,
         "solve_ms": solve_ms,
     }
+
+
+def _label(stop: str) -> int | str:
+    return int(stop) if stop.isdecimal() else stop
 
 
 def _prediction(t: float, found: Spot) -> dict[str, Any]:
@@ -141,9 +161,10 @@ def _prediction(t: float, found: Spot) -> dict[str, Any]:
 
 def _show(console: Console, fit: Fit, recording: Recording, rays: Recording | None, spots: list[Spot]) -> None:
     sd = np.sqrt(np.diagonal(fit.covariance))
-    place = Table("", "x [m]", "y [m]", "z [m]", "yaw [deg]", title=f"sheet_from_user, {fit.model}, {fit.method}")
+    place = Table("", "x [m]", "y [m]", "z [m]", "yaw [deg]", title="sheet_from_user")
     place.add_row("place", *(f"{v:.3f}" for v in fit.xyz), f"{np.degrees(fit.yaw):.1f}")
     place.add_row("± 1 sd", *(f"{v:.3f}" for v in sd[:3]), f"{np.degrees(sd[3]):.1f}")
+    console.print(f"{fit.model} rays, {fit.method}")
     console.print(place)
     if fit.stops:
         stops = Table("stop", "residual [deg]", "samples", "", title="stops")
@@ -170,7 +191,8 @@ def _spots_table(rays: Recording, spots: list[Spot]) -> Table:
 def verdict(fit: Fit, samples: int) -> str:
     """How good the calibration is, in plain words."""
     degrees = np.degrees(fit.rms)
-    word = "good" if degrees < 2.5 else "fair" if degrees < 5.0 else "poor: keep the arm straight, or add a second band"
+    advice = "point again" if fit.model == "two-band" else "keep the arm straight, or add a second band"
+    word = "good" if degrees < 2.5 else "fair" if degrees < 5.0 else f"poor: {advice}"
     out = [stop.stop for stop in fit.stops if not stop.used]
     from_what = f"{len(fit.stops) - len(out)} stops" if fit.stops else f"{samples} samples of a moving point"
     text = f"The rays of {from_what} pass their points by {degrees:.1f} degrees (rms), which is {word}."

@@ -9,6 +9,9 @@ ROOM = """\
 # A room for Armspan. Lengths are metres, angles degrees; every number says its unit in its name.
 # `armspan run THIS_FILE` opens it. Everything here is simulated until you name real devices.
 
+# How users are asked to hold the arm: "straight", or "natural", in which the elbow bends and one band sees less.
+posture = "straight"
+
 # The printed sheet the robots drive on: x to the right, y down as printed, from its upper left corner.
 # The user stands at the lower edge. origin_m is where that corner lies in the robots' own coordinates.
 [sheet]
@@ -89,7 +92,6 @@ table_height_m = 0.75
 [simulation.person]
 at_m = [0.45, 0.80]
 facing_deg = 0.0
-posture = "straight"  # or "natural": the elbow bends as it does when nobody asks for a straight arm
 trials = 8
 feedback = "both"  # "off", "on", or first off and then on
 """

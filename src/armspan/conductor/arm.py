@@ -22,7 +22,7 @@ class Band:
     mount: Mount | None = None
     heard: float = -np.inf
     _squared_rate: float = 0.0
-    moving: bool = True
+    rate: float = np.inf
 
     @classmethod
     def from_settings(cls, settings: BandSettings) -> "Band":
@@ -38,7 +38,7 @@ class Band:
 
     def tick(self) -> None:
         """Close the interval since the last tick."""
-        self.moving = self._squared_rate > MOVING**2
+        self.rate = float(np.sqrt(self._squared_rate))
         self._squared_rate = 0.0
 
     def stale(self, t: float) -> bool:
@@ -80,7 +80,12 @@ class Arm:
     @property
     def moving(self) -> bool:
         """Whether any part of the arm moved since the last tick."""
-        return any(band.moving for band in self.bands)
+        return self.rate > MOVING
+
+    @property
+    def rate(self) -> float:
+        """The fastest rate [rad/s] of any part since the last tick."""
+        return max(band.rate for band in self.bands)
 
     def silent(self, t: float) -> list[str]:
         """Names of the bands that are silent."""

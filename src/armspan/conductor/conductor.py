@@ -75,16 +75,17 @@ class Conductor:
         outputs: list[Output] = []
         for output in self._setup.tick(t, self.states):
             outputs.append(output)
-            if isinstance(output, Calibrated):
+            fit = self._setup.fit
+            if isinstance(output, Calibrated) and fit is not None:
                 place = Place.from_calibration(output)
-                self._pointer = Pointer(self.settings, self._arm, place, self._setup.model)
+                self._pointer = Pointer(self.settings, self._arm, place, fit.rays)
         if self._pointer is not None:
             outputs.extend(self._point(t, self._pointer))
         outputs.extend(self._safely(list(self._errands.step(t, self.states))))
         return outputs
 
     def _point(self, t: float, pointer: Pointer) -> list[Output]:
-        pointed, dwelt = pointer.tick(t, self.states)
+        pointed, dwelt = pointer.tick(t, self.states, self.feedback)
         outputs: list[Output] = [pointed]
         if dwelt:
             outputs.extend(self._choose(t, pointer, "dwell"))

@@ -1,7 +1,8 @@
 """From the arm to what is pointed at: ray, spot, posterior, choice."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -9,14 +10,26 @@ from armspan.conductor.arm import Arm
 from armspan.conductor.settings import Settings
 from armspan.frames import Array
 from armspan.pointing.place import Place
-from armspan.pointing.rays import arm_rays
 from armspan.pointing.selection import NOTHING, Candidate, Candidates, Dwell
 from armspan.pointing.smoothing import SmoothRotation
 from armspan.pointing.spots import Spot, spot
-from armspan.records import Model, Pointed, RobotState, Selected
+from armspan.records import Pointed, RobotState, Selected
 
-SURE = 0.9
+Rays: TypeAlias = Callable[[Array, Array | None], tuple[Array, Array]]
+"""The rays of an arm whose forearm and upper arm have these attitudes, as the calibration found the arm."""
+
+SURE = 0.85
 """Posterior above which a choice teaches the place."""
+
+CURSOR, CURSOR_SHARE = 0.02, 0.35
+"""How well lights tell a cursor's place per axis: 2 cm, and a third of the distance to the nearest robot, whose
+one lit light tells a sixth of a turn."""
+
+CORRECTING = 0.8
+"""Seconds in which a user who sees the cursor takes away most of what was wrong: 0.2 to see, 0.3 to move, twice."""
+
+_REACHING = 1.0
+"""Rate [rad/s] of a reach; a correction stays below it."""
 
 
 @dataclass(slots=True)
@@ -31,15 +44,16 @@ class Aim:
 class Pointer:
     """Follows the calibrated arm from tick to tick."""
 
-    def __init__(self, settings: Settings, arm: Arm, place: Place, model: Model) -> None:
-        self.settings, self.arm, self.place, self.model = settings, arm, place, model
+    def __init__(self, settings: Settings, arm: Arm, place: Place, rays: Rays) -> None:
+        self.settings, self.arm, self.place, self.rays = settings, arm, place, rays
         self.dwell = Dwell(settings.selection)
         self._zones = Candidates.on_sheet(settings.sheet, settings.zones)
         self._smooth = {name: SmoothRotation() for name in arm.by_name}
         self._aim: Aim | None = None
+        self._reached = 0.0
 
-    def tick(self, t: float, states: Mapping[str, RobotState]) -> tuple[Pointed, bool]:
-        """Where the arm points at ``t`` [s], and whether that completes a dwell."""
+    def tick(self, t: float, states: Mapping[str, RobotState], cursor: bool) -> tuple[Pointed, bool]:
+        """Where the arm points at ``t`` [s], and whether that completes a dwell; is the cursor shown?"""
         self.place.advance(t)
         self._aim = None
         silent = self.arm.silent(t)
@@ -52,6 +66,11 @@ class Pointer:
         lights, ground = spot(place, *ray, -self.settings.light_height_m), spot(place, *ray, 0.0)
         if lights.refused or ground.refused or ground.covariance is None:
             return self._refuse(t, lights.refused or ground.refused or ""), False
+        if self.arm.rate > _REACHING:
+            self._reached = t
+        if cursor:
+            steered = t - self._reached
+            lights, ground = (steered_by_cursor(at, steered, states) for at in (lights, ground))
         self._aim = self._judge(t, ray, lights, ground, states)
         done = self.dwell.step(t, self._aim.best, self._aim.pointed.probability, self.arm.moving)
         return self._aim.pointed, done
@@ -68,12 +87,17 @@ class Pointer:
         return Selected(t, source, chosen.robot, chosen.zone, probability, "tap" if how == "tap" else "dwell")
 
     def learn(self, chosen: Selected, states: Mapping[str, RobotState]) -> bool:
-        """Refine the place by a robot that was surely meant; zones are too wide to teach anything."""
-        state = states.get(chosen.robot or "")
-        if self._aim is None or state is None or chosen.probability < SURE:
+        """Refine the place by a robot that was surely meant, or a little by a zone."""
+        if self._aim is None or chosen.probability < SURE:
             return False
-        point = np.array([*state.xy, -self.settings.light_height_m])
-        return self.place.confirm(*self._aim.ray, point)
+        state = states.get(chosen.robot or "")
+        if state is not None:
+            point = np.array([*state.xy, -self.settings.light_height_m])
+            return self.place.confirm(*self._aim.ray, point)
+        if chosen.zone is not None:
+            middle, extent = self._zones.extent(chosen.zone)
+            return self.place.confirm(*self._aim.ray, np.array([*middle, 0.0]), extent)
+        return False
 
     def _ray(self, t: float) -> tuple[Array, Array] | None:
         attitudes: dict[str, Array] = {}
@@ -82,8 +106,7 @@ class Pointer:
             if attitude is None:
                 return None
             attitudes[band.settings.segment] = self._smooth[name](t, attitude)
-        origin, direction = arm_rays(self.settings.body, attitudes["forearm"], attitudes.get("upperarm"), self.model)
-        return origin, direction
+        return self.rays(attitudes["forearm"], attitudes.get("upperarm"))
 
     def _judge(
         self, t: float, ray: tuple[Array, Array], lights: Spot, ground: Spot, states: Mapping[str, RobotState]
@@ -117,3 +140,17 @@ class Pointer:
     def _refuse(self, t: float, why: str) -> Pointed:
         self.dwell.step(t, NOTHING, 0.0, True)
         return Pointed(t, self.arm.forearm.settings.name, None, None, refused=why)
+
+
+def steered_by_cursor(spot: Spot, seconds: float, states: Mapping[str, RobotState]) -> Spot:
+    """A spot whose user has seen the cursor for some seconds and steers it.
+
+    The user adds what the lights tell to the aim; the longer it was seen, the more. So the information about
+    the target is that of the open-loop ray, and a growing share of that of the cursor.
+    """
+    here = np.asarray(spot.xy)
+    away = min((float(np.hypot(*(here - state.xy))) for state in states.values()), default=np.inf)
+    seen = 1.0 - float(np.exp(-max(0.0, seconds) / CORRECTING))
+    told = seen / (CURSOR + CURSOR_SHARE * away) ** 2
+    covariance = np.linalg.inv(np.linalg.inv(np.asarray(spot.covariance)) + told * np.eye(2))
+    return Spot(spot.xy, np.asarray(covariance, dtype=float))

@@ -23,7 +23,10 @@ class BandSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A room as the conductor sees it; kept in the header of every log, so that a log replays by itself."""
+    """A room as the conductor sees it; kept in the header of every log, so that a log replays by itself.
+
+    ``posture`` is how users are asked to hold the arm; a natural arm bends, and a single band cannot see it.
+    """
 
     body: Body
     sheet: Sheet
@@ -32,6 +35,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     zones: tuple[Zone, ...] = ()
     stops: tuple[Vec2, ...] = ()
     model: Model | None = None
+    posture: Literal["straight", "natural"] = "straight"
+    table_height_m: float | None = None
     light_height_m: float = 0.045
     led_zero_deg: float = 0.0
     limits: Limits = Limits()

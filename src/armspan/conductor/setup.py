@@ -11,8 +11,9 @@ from armspan.conductor.settings import Settings
 from armspan.errors import CalibrationError
 from armspan.frames import Array, rotation_from_quaternion
 from armspan.orientation import Hold, mount_from_forward, mount_from_poses
-from armspan.pointing.calibration import Fit, calibrate
+from armspan.pointing.calibration import NATURAL, STRAIGHT, Fit, Noise, calibrate
 from armspan.pointing.pairs import Pairs, still_pairs
+from armspan.pointing.priors import PITCH_SD, Priors
 from armspan.pointing.rays import default_model
 from armspan.pointing.stops import StopPairs
 from armspan.records import Calibrated, Model, Output, RobotState, Say, Vec2
@@ -20,6 +21,8 @@ from armspan.swarm.errands import Errands
 
 _PATIENCE = 12.0
 _REST = 0.002
+TABLE_SD = 0.01
+"""How well a table's height is measured with a tape [m], floor and sheet included."""
 HANGING: Array = np.array([0.0, 0.0, -1.0])
 
 
@@ -42,6 +45,7 @@ class SetUp:
     errands: Errands
     step: Step = Step.IDLE
     model: Model = "head-finger"
+    fit: Fit | None = None
     asked: float = 0.0
     _holds: dict[str, Hold] = field(default_factory=dict)
     _forward: dict[str, Array] = field(default_factory=dict)
@@ -185,9 +189,10 @@ class SetUp:
         if self._home is not None:
             self.errands.send(self.robot, self._home)
         try:
-            fit = calibrate(self.settings.body, self._all_pairs(), self.model)
+            fit = self._fit()
         except CalibrationError as error:
             return [Say(t, f"That did not work out: {error}", "trouble"), *self.begin(t)]
+        self.fit = fit
         found = Calibrated(
             t,
             self.arm.forearm.settings.name,
@@ -199,6 +204,18 @@ class SetUp:
             len(self._pairs),
         )
         return [found, Say(t, verdict(fit), "ready")]
+
+    def _fit(self) -> Fit:
+        """The place from all stops, and what the arm needs beside it."""
+        height = self.settings.table_height_m
+        plane = None if height is None else (height, TABLE_SD)
+        priors = Priors(plane, PITCH_SD, self.settings.body.covariance is not None)
+        return calibrate(self.settings.body, self._all_pairs(), self.model, noise=self._noise(), priors=priors)
+
+    def _noise(self) -> Noise:
+        """What is expected of the user before the pairs say more."""
+        seen = self.settings.posture == "straight" or self.model == "two-band"
+        return STRAIGHT if seen else NATURAL
 
     def _all_pairs(self) -> Pairs:
         """What was collected, with every point at the height of the robot's light."""

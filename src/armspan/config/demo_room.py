@@ -46,12 +46,13 @@ def demo_room(
         float(SHEET.width_m / 2 + rng.uniform(-0.15, 0.15)),
         float(SHEET.height_m + rng.uniform(0.15, 0.35)),
     )
-    person = SimulatedPerson(at, float(rng.uniform(-15, 15)), posture, trials=trials, feedback=feedback)
+    person = SimulatedPerson(at, float(rng.uniform(-15, 15)), trials=trials, feedback=feedback)
     return RoomFile(
         sheet=SHEET,
         bands=tuple(worn),
         robots=robots,
         zones=zones,
+        posture=posture,
         simulation=Simulation(seed, 0.75, person),
     )
 

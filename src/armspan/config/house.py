@@ -99,7 +99,7 @@ def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = No
 
 def _draw_person(wanted: SimulatedPerson, room: RoomFile, rng: np.random.Generator) -> Person:
     arm = (room.body or {}).get("arm", "right")
-    return draw_person(rng, arm=arm, posture=wanted.posture, stature=wanted.stature_m, seated=wanted.seated)
+    return draw_person(rng, arm=arm, posture=room.posture, stature=wanted.stature_m, seated=wanted.seated)
 
 
 def _body(room: RoomFile, person: Person | None, rng: np.random.Generator) -> Body:

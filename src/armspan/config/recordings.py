@@ -111,6 +111,8 @@ def _read(path: Path, required: tuple[str, ...], optional: tuple[str, ...]) -> _
     if not lines:
         raise DataError(f"{path} is empty: its first line names the columns {','.join(required)}")
     columns = tuple(name.strip() for name in lines[0][1])
+    if len(columns) == 1 and (";" in columns[0] or "\t" in columns[0]):
+        raise DataError(f"{path}, line 1: the columns are not separated by commas: save the table with commas")
     _check_columns(path, columns, required, optional)
     rows = [(line, [text.strip() for text in row]) for line, row in lines[1:]]
     if not rows:

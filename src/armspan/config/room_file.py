@@ -51,11 +51,10 @@ class ReplayedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
 
 
 class SimulatedPerson(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The virtual person: where they stand in sheet coordinates, how they hold the arm, what they are asked."""
+    """The virtual person: where they stand in sheet coordinates, what they are asked."""
 
     at_m: Vec2 = (0.4, 0.8)
     facing_deg: float = 0.0
-    posture: Literal["straight", "natural"] = "straight"
     seated: bool = False
     stature_m: float | None = None
     trials: int = 8
@@ -91,6 +90,8 @@ class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     zones: tuple[ZoneEntry, ...] = ()
     stops_m: tuple[Vec2, ...] = ()
     model: Model | None = None
+    posture: Literal["straight", "natural"] = "straight"
+    table_height_m: float | None = None
     light_height_m: float = 0.045
     led_zero_deg: float = 0.0
     feedback: bool = False
@@ -112,6 +113,8 @@ class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             zones=tuple(Zone(zone.name, zone.polygon_m) for zone in self.zones),
             stops=self.stops_m or default_stops(self.sheet),
             model=self.model,
+            posture=self.posture,
+            table_height_m=self.table_height_m,
             light_height_m=self.light_height_m,
             led_zero_deg=self.led_zero_deg,
             limits=self.limits,

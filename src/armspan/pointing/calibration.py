@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from armspan.errors import CalibrationError, known_names
 from armspan.frames import SHEET_FLIP, Array, Transform, sheet_from_user, yaw_rotation
-from armspan.pointing.least_squares import Problem, angles, linearise, solve
+from armspan.pointing.least_squares import Problem, angles, linearise, robust_cost, solve
 from armspan.pointing.misfits import leave_out_misfits
 from armspan.pointing.nelder_mead import nelder_mead, nelder_mead_report
 from armspan.pointing.pairs import Area, Pairs, area, check_layout
@@ -113,8 +113,8 @@ def calibrate(
     check_layout(pairs.points)
     flip = np.eye(3) if z_up else SHEET_FLIP
     centre = pairs.points.mean(axis=0)
-    rays = arm_rays(body, pairs.user_from_forearm, pairs.user_from_upperarm, model)
     noise = noise or (STRAIGHT if model == "two-band" else NATURAL)
+    rays = arm_rays(body, pairs.user_from_forearm, pairs.user_from_upperarm, model)
     problem = Problem(*rays, (pairs.points - centre) @ flip, pairs.weights)
     problem, place = _solve(problem, SHEET_FLIP @ flip @ centre, method, pairs.stops is not None, noise)
     told = _information(problem, place, noise)
@@ -123,22 +123,40 @@ def calibrate(
     found = Refined(place, np.asarray(told.sigma**2 * np.linalg.inv(told.curvature)), body, 0.0, problem)
     if priors:
         found = refine(found, pairs, model, told.sigma, priors, float((flip @ centre)[2]))
-    residuals = angles(found.problem, found.place[None])[0]
     turn = flip @ yaw_rotation(found.place[3])
+    xyz = centre - turn @ found.place[:3]
+    covariance = _of_transform(found.covariance, turn, found.place)
+    return _fit(found, told, pairs, model=model, method=method, z_up=z_up, xyz=xyz, covariance=covariance)
+
+
+def _fit(
+    found: Refined,
+    told: "_Information",
+    pairs: Pairs,
+    *,
+    model: Model,
+    method: Method,
+    z_up: bool,
+    xyz: Array,
+    covariance: Array,
+) -> Fit:
+    """A place with what its residuals say."""
+    residuals = angles(found.problem, found.place[None])[0]
+    weights = found.problem.weights
     return Fit(
         body=found.body,
         model=model,
         method=method,
         z_up=z_up,
-        xyz=centre - turn @ found.place[:3],
+        xyz=xyz,
         yaw=float(np.arctan2(np.sin(found.place[3]), np.cos(found.place[3]))),
-        covariance=_of_transform(found.covariance, turn, found.place),
+        covariance=covariance,
         sigma=told.sigma,
-        rms=float(np.sqrt(found.problem.weights @ residuals**2 / found.problem.weights.sum())),
-        stops=_stops(pairs, residuals, found.problem.weights > 0.0),
+        rms=float(np.sqrt(weights @ residuals**2 / weights.sum())),
+        stops=_stops(pairs, residuals, weights > 0.0),
         condition=told.condition,
-        cost=float(linearise(found.problem, found.place[None]).cost[0]),
-        area=area(pairs) if pairs.stops else None,
+        cost=float(robust_cost(found.problem, residuals)),
+        area=area(pairs),
         pitch=found.pitch,
     )
 
@@ -185,13 +203,13 @@ _OPEN = (
 
 
 def _check(told: _Information) -> None:
-    if not told.condition < ILL_CONDITIONED:
-        raise CalibrationError(_OPEN)
     if told.rms > ABSURD:
         raise CalibrationError(
             f"The best place leaves the rays {np.degrees(told.rms):.0f} degrees from their points, where up to 10 are "
             "natural: check the quaternions (user_from_wrist, w first, x along the forearm) and which way z points"
         )
+    if not told.condition < ILL_CONDITIONED:
+        raise CalibrationError(_OPEN)
 
 
 def _condition(curvature: Array) -> float:

@@ -57,6 +57,12 @@ def angles(problem: Problem, parameters: Array) -> Array:
     return np.arctan2(np.sqrt(_dot(across, across)), cosine)
 
 
+def robust_cost(problem: Problem, residuals: Array) -> Array:
+    """The cost (...) [rad²] of residual angles (..., n)."""
+    bend = np.sqrt(1.0 + (residuals / problem.loss_scale) ** 2)
+    return np.asarray((residuals**2 / (1.0 + bend)) @ problem.weights)
+
+
 def miss(problem: Problem, place: Array) -> Array:
     """Rotation vectors (n, 3) [rad] from the rays to the directions of their points, at parameters (4,)."""
     seen, _ = _seen(problem, place[None])
@@ -141,9 +147,9 @@ def solve(problem: Problem) -> tuple[Array, float]:
 def minimise(problem: Problem, starts: Array, iterations: int = 60) -> tuple[Array, Array]:
     """Where Levenberg-Marquardt ends from each start (k, 4): parameters (k, 4) and costs (k,).
 
-    It ends when the best start has settled and the others have too, or cost three times as much or would not reach it in a hundred steps like
-    their fifth, or have run away: from wrong starts the user backs off for ever, until all points are seen in one
-    direction.
+    It ends when the best start has settled and the others have too or are hopeless: three times as costly, not
+    near enough to reach the best in a hundred steps like their last, or run away. From a wrong start the user backs
+    off for ever, until all points are seen in one direction.
     """
     parameters, here = starts, linearise(problem, starts)
     damping = np.full(len(starts), 1e-4)

@@ -15,6 +15,9 @@ from armspan.pointing.rays import unit
 STILL_M = 0.05
 """How far [m] the points of one stop may lie from their middle: a robot at rest is known to millimetres."""
 
+LEVEL_M = 0.1
+"""How far [m] points may lie above or below their middle and still be places on one sheet."""
+
 DISTINCT_M = 0.01
 """Points nearer than this [m] are one place."""
 
@@ -87,10 +90,15 @@ def moving_pairs(user_from_forearm: Array, user_from_upperarm: Array | None, poi
     return Pairs(user_from_forearm, user_from_upperarm, points, np.ones(count), weights)
 
 
-def area(pairs: Pairs) -> Area:
-    """The area that the points span."""
-    offsets = pairs.points - pairs.points.mean(axis=0)
-    return Area(pairs.points.mean(axis=0), offsets[:, :2].T @ offsets[:, :2] / len(offsets))
+def area(pairs: Pairs) -> Area | None:
+    """The area that still points span on one level sheet; None for other layouts, and for moving points."""
+    centre = pairs.points.mean(axis=0)
+    offsets = pairs.points - centre
+    scatter = offsets[:, :2].T @ offsets[:, :2] / len(offsets)
+    level = float(np.abs(offsets[:, 2]).max()) < LEVEL_M
+    if pairs.stops is None or not level or np.linalg.eigvalsh(scatter)[0] < STILL_M**2 / 4.0:
+        return None
+    return Area(centre, scatter)
 
 
 def _medians(attitudes: Array, rows: list[list[int]]) -> Array:

@@ -41,7 +41,8 @@ class PlaceNow:
 class Place:
     """``sheet_from_user`` at time ``t`` [s], with ``state`` (x, y, z, yaw, yaw rate) and ``covariance`` (5, 5).
 
-    ``sigma`` [rad] is the pointing noise per axis of this person, as the calibration showed it.
+    ``sigma`` [rad] is the pointing noise per axis of this person, known with ``dof`` degrees of freedom: the
+    calibration begins it, and every confirmed robot says more.
     """
 
     source: str
@@ -51,6 +52,7 @@ class Place:
     sigma: float
     rms: float
     pairs: int
+    dof: float = 8.0
 
     @classmethod
     def from_calibration(cls, found: Calibrated, drift_rate: float = DRIFT_RATE) -> "Place":
@@ -59,7 +61,8 @@ class Place:
         covariance[:4, :4] = np.reshape(found.covariance, (4, 4))
         covariance[4, 4] = drift_rate**2
         state = np.array([*found.xyz, found.yaw, 0.0])
-        return cls(found.source, found.t, state, covariance, found.sigma, found.rms, found.pairs)
+        dof = 4.0 + max(0.0, 2.0 * found.pairs - 4.0)
+        return cls(found.source, found.t, state, covariance, found.sigma, found.rms, found.pairs, dof)
 
     def advance(self, t: float) -> None:
         """Let the time pass: the heading drifts at its rate, and all grows less certain."""
@@ -74,20 +77,41 @@ class Place:
         self.covariance[1, 1] += SWAY_RATE * dt
         self.t = t
 
-    def confirm(self, origin_user: Array, direction_user: Array, point_sheet: Array) -> bool:
+    def confirm(
+        self, origin_user: Array, direction_user: Array, point_sheet: Array, extent: Array | None = None
+    ) -> bool:
         """Learn from a selection: a ray (3,), (3,) that was meant for a point (3,) [m] in ``sheet``.
 
-        False, and nothing learnt, when the ray misses the point by more than chance allows (99 %).
+        ``extent`` (2, 2) [m²] is the covariance of a wide target's points about its middle. False, and
+        nothing learnt, when the ray misses the point by more than chance allows (99 %).
         """
         residual, slope = self._miss(origin_user, direction_user, point_sheet)
-        spread = slope @ self.covariance @ slope.T + self.sigma**2 * np.eye(2)
-        gain = np.linalg.solve(spread, slope @ self.covariance).T
-        if residual @ np.linalg.solve(spread, residual) > _GATE:
+        noise = self.sigma**2 * np.eye(2)
+        if extent is not None:
+            noise += slope[:, :2] @ extent @ slope[:, :2].T
+        spread = slope @ self.covariance @ slope.T + noise
+        surprise = float(residual @ np.linalg.solve(spread, residual))
+        if surprise > _GATE:
             return False
+        gain = np.linalg.solve(spread, slope @ self.covariance).T
         self.state = self.state - gain @ residual
         keep = np.eye(5) - gain @ slope  # Joseph's form keeps the covariance symmetric and positive
-        self.covariance = keep @ self.covariance @ keep.T + self.sigma**2 * gain @ gain.T
+        self.covariance = keep @ self.covariance @ keep.T + gain @ noise @ gain.T
+        if extent is None:
+            self._rescale(surprise)
         return True
+
+    def _rescale(self, surprise: float) -> None:
+        """Draw noise and covariance toward the misses seen: with an unknown scale both share it.
+
+        The posterior mean of a scaled inverse chi-squared variance after two more squared residuals whose
+        sum, in units of what was expected, is ``surprise``. The drift's own prior has its own scale.
+        """
+        factor = (self.dof + surprise) / (self.dof + 2.0)
+        self.dof += 2.0
+        self.sigma *= float(np.sqrt(factor))
+        scale = np.array([*[np.sqrt(factor)] * 4, 1.0])
+        self.covariance = self.covariance * np.outer(scale, scale)
 
     def _miss(self, origin: Array, direction: Array, point: Array) -> tuple[Array, Array]:
         """The miss angles (2,) [rad] in the ray's tangent plane and their slope (2, 5) over the state."""

@@ -106,6 +106,14 @@ class Candidates:
         total = np.bincount(self.zone_of_point, at_points, len(self.zones))
         return np.asarray(total / np.bincount(self.zone_of_point, minlength=len(self.zones)))
 
+    def extent(self, zone: str) -> tuple[Array, Array]:
+        """A zone's middle (2,) [m] and the covariance (2, 2) [m²] of its points about it."""
+        number = [candidate.zone for candidate in self.zones].index(zone)
+        points = self.zone_points[self.zone_of_point == number]
+        middle = points.mean(axis=0)
+        own = self.zone_spacing[number] ** 2 / 12 * np.eye(2)
+        return middle, (points - middle).T @ (points - middle) / len(points) + own
+
     def name(self, index: int) -> Candidate:
         """The candidate at a place in the posterior."""
         return (*self.robots, *self.zones, NOTHING)[index]

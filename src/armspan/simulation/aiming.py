@@ -44,9 +44,7 @@ class Aiming:
         aim = eye + distance * turned(sight, tangents(sight), error[:, None])[:, 0]
         bend = person.elbow.bend + person.elbow.surface.at(azimuth, elevation, distance) + self._errors[1]
         shift = self._shift + self._turned_shoulder(azimuth, elevation, person.trunk)
-        return np.concatenate(
-            [aim, _within(bend, figure.arm.widest_bend), self._wrist, self._rolls, look, shift]
-        )
+        return np.concatenate([aim, _within(bend, figure.arm.widest_bend), self._wrist, self._rolls, look, shift])
 
     def _travel(self, direction: Array) -> None:
         if self._direction is not None:

@@ -35,9 +35,9 @@ def unit(vectors: Array) -> Array:
 
 
 def tangents(directions: Array) -> tuple[Array, Array]:
-    """Unit vectors (3, m) to the left of and above unit ``directions`` (3, m), which may not be vertical."""
+    """Unit vectors (3, m) to the left of and above unit ``directions`` (3, m); nothing where these are vertical."""
     x, y, z = directions
-    level = np.sqrt(x * x + y * y)
+    level = np.sqrt(x * x + y * y + _TINY)
     x, y = x / level, y / level
     return np.array([-y, x, 0.0 * x]), np.array([-z * x, -z * y, level])
 

@@ -41,6 +41,9 @@ _FAR = np.pi / 3.0
 _SUBMOVEMENT = 0.3
 _SEEING = 0.2
 
+# What is left of an arm's waver when no muscle holds it up, and when the hand is supported besides.
+_HANGING, _RESTING = 0.3, 0.1
+
 
 @dataclass(frozen=True, slots=True)
 class _Stage:
@@ -98,7 +101,7 @@ class VirtualPerson:
         """Rest the hand before the belly."""
         self._plan(t)
         errors = self.person.setup.hang * self._rng.standard_normal(6)
-        self._begin(t, Held(resting_arm(errors, sideways(self.person.arm))))
+        self._begin(t, Held(resting_arm(errors, sideways(self.person.arm)), _RESTING))
 
     def point(self, t: float, target: ArrayLike) -> None:
         """Point at ``target`` (3,) [m] after the time to react, and hold."""
@@ -180,7 +183,7 @@ class VirtualPerson:
     def _hanging(self) -> Held:
         setup = self.person.setup
         tilt = setup.hang * self._rng.standard_normal(2)
-        return Held(hanging_arm(tilt, setup.hang_bend, sideways(self.person.arm)))
+        return Held(hanging_arm(tilt, setup.hang_bend, sideways(self.person.arm)), _HANGING)
 
     def _correction(self, aim: Array, offset: Array) -> Array | None:
         feedback, sight = self.person.feedback, aim - self._figure.eye

@@ -48,14 +48,15 @@ def wavering(steadiness: Steadiness, rng: np.random.Generator) -> Fluctuation:
 
 
 class Held:
-    """An arm that is held in one posture (20,)."""
+    """An arm that is held in one posture (20,), wavering by a ``share`` of what a pointing arm does."""
 
-    def __init__(self, posture: Array) -> None:
+    def __init__(self, posture: Array, share: float = 1.0) -> None:
         self._posture = posture[:, None]
         # A held arm wavers as a whole. Near the vertical left and above are not told apart by the room.
         self._sideways, self._up = np.zeros(ROWS), np.zeros(ROWS)
         for rows in (UPPER, FOREARM, HAND):
-            self._sideways[rows], self._up[rows] = _across(posture[rows])
+            left, up = _across(posture[rows])
+            self._sideways[rows], self._up[rows] = share * left, share * up
 
     def at(self, times: Array, waver: Array) -> Array:
         """The posture (20, m) at ``times`` (m,) [s]."""
@@ -119,10 +120,10 @@ def stretched_arm(arm: Arm, direction: Vec2, bend: Array, roll: float) -> Array:
 
 
 def hanging_arm(tilt: Array, bend: float, side: float) -> Array:
-    """An arm (20,) that hangs, ``tilt`` (2,) [rad] forward and outward, the palm to the thigh."""
+    """An arm (20,) that hangs, ``tilt`` (2,) [rad] forward and outward, the back of the hand half outward."""
     upper = np.array([tilt[0], side * tilt[1], -1.0])
     forearm = upper + np.array([np.tan(bend), 0.0, 0.0])
-    return _assembled(upper, forearm, np.array([0.0, side, 0.0]), np.array([1.0, 0.3 * side, 0.0]))
+    return _assembled(upper, forearm, np.array([1.0, side, 0.0]), np.array([1.0, 0.3 * side, 0.0]))
 
 
 def resting_arm(errors: Array, side: float) -> Array:

@@ -156,10 +156,11 @@ class World:
 
     def _correct(self, t: float, person: VirtualPerson, target_room: Array) -> None:
         xy, heading, _ = self.robots.truth()
-        cursor = read_cursor(self._seen[0][1], xy, heading, self._rng)
+        target = np.array([target_room[0], -target_room[1]])
+        cursor = read_cursor(self._seen[0][1], xy, heading, target, self._rng)
         if cursor is None:
             return
-        offset = np.array([cursor[0] - target_room[0], -cursor[1] - target_room[1], 0.0])
+        offset = np.array([cursor[0] - target[0], target[1] - cursor[1], 0.0])
         if np.linalg.norm(offset) > _WORTH:
             self._corrected = t
             person.correct(t, offset)
