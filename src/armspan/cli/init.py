@@ -12,6 +12,9 @@ ROOM = """\
 # How users are asked to hold the arm: "straight", or "natural", in which the elbow bends and one band sees less.
 posture = "straight"
 
+# How high the sheet lies above the floor the user stands on, by tape. Leave it out where it is not known.
+table_height_m = 0.75
+
 # The printed sheet the robots drive on: x to the right, y down as printed, from its upper left corner.
 # The user stands at the lower edge. origin_m is where that corner lies in the robots' own coordinates.
 [sheet]

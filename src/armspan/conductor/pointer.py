@@ -62,8 +62,9 @@ class Pointer:
         ray = self._ray(t)
         if ray is None:
             return self._refuse(t, "the band is not set up"), False
-        place = self.place.now()
-        lights, ground = spot(place, *ray, -self.settings.light_height_m), spot(place, *ray, 0.0)
+        meant, noise = self.place.aimed(ray[1])
+        place, height = self.place.now(noise), self.settings.light_height_m
+        lights, ground = spot(place, ray[0], meant, -height), spot(place, ray[0], meant, 0.0)
         if lights.refused or ground.refused or ground.covariance is None:
             return self._refuse(t, lights.refused or ground.refused or ""), False
         if self.arm.rate > _REACHING:

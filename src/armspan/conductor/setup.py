@@ -11,7 +11,7 @@ from armspan.conductor.settings import Settings
 from armspan.errors import CalibrationError
 from armspan.frames import Array, rotation_from_quaternion
 from armspan.orientation import Hold, mount_from_forward, mount_from_poses
-from armspan.pointing.calibration import NATURAL, STRAIGHT, Fit, Noise, calibrate
+from armspan.pointing.calibration import NATURAL, STRAIGHT, STRETCHED, Fit, Noise, calibrate
 from armspan.pointing.pairs import Pairs, still_pairs
 from armspan.pointing.priors import PITCH_SD, Priors
 from armspan.pointing.rays import default_model
@@ -208,14 +208,16 @@ class SetUp:
     def _fit(self) -> Fit:
         """The place from all stops, and what the arm needs beside it."""
         height = self.settings.table_height_m
-        plane = None if height is None else (height, TABLE_SD)
+        bent = self.settings.posture == "natural" and self.model != "two-band"
+        plane = None if height is None or bent else (height, TABLE_SD)  # an unseen elbow hides in the height
         priors = Priors(plane, PITCH_SD, self.settings.body.covariance is not None)
         return calibrate(self.settings.body, self._all_pairs(), self.model, noise=self._noise(), priors=priors)
 
     def _noise(self) -> Noise:
         """What is expected of the user before the pairs say more."""
-        seen = self.settings.posture == "straight" or self.model == "two-band"
-        return STRAIGHT if seen else NATURAL
+        if self.settings.posture == "straight":
+            return STRETCHED
+        return STRAIGHT if self.model == "two-band" else NATURAL
 
     def _all_pairs(self) -> Pairs:
         """What was collected, with every point at the height of the robot's light."""

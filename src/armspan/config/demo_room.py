@@ -18,6 +18,7 @@ from armspan.records import Sheet, Vec2
 SHEET = Sheet(0.9, 0.6)
 ZONES = ("garden", "harbour", "market", "tower")
 ROBOTS = ("amber", "birch", "cobalt", "dune")
+TABLE = 0.75
 _RADIUS = 0.06
 _APART = 0.10
 _STOP_LANE = 0.15
@@ -53,7 +54,8 @@ def demo_room(
         robots=robots,
         zones=zones,
         posture=posture,
-        simulation=Simulation(seed, 0.75, person),
+        table_height_m=round(TABLE + float(rng.normal(0.0, 0.005)), 3),  # what a tape says
+        simulation=Simulation(seed, TABLE, person),
     )
 
 

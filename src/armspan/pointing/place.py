@@ -6,11 +6,13 @@ place is a Kalman filter over (x, y, z, yaw, rate of yaw), started by the calibr
 selection updates with the angle between the ray and the thing chosen.
 """
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
 from armspan.frames import SHEET_FLIP, Array, Transform, sheet_from_user, yaw_rotation
+from armspan.pointing.field import MissField
 from armspan.records import Calibrated
 
 DRIFT_RATE = np.radians(2.0) / 60
@@ -53,6 +55,7 @@ class Place:
     rms: float
     pairs: int
     dof: float = 8.0
+    field: MissField = dataclasses.field(default_factory=MissField)
 
     @classmethod
     def from_calibration(cls, found: Calibrated, drift_rate: float = DRIFT_RATE) -> "Place":
@@ -85,6 +88,7 @@ class Place:
         ``extent`` (2, 2) [m²] is the covariance of a wide target's points about its middle. False, and
         nothing learnt, when the ray misses the point by more than chance allows (99 %).
         """
+        # The filter takes the whole miss: a drift must not hide in the field, which learns only what is left.
         residual, slope = self._miss(origin_user, direction_user, point_sheet)
         noise = self.sigma**2 * np.eye(2)
         if extent is not None:
@@ -97,9 +101,17 @@ class Place:
         self.state = self.state - gain @ residual
         keep = np.eye(5) - gain @ slope  # Joseph's form keeps the covariance symmetric and positive
         self.covariance = keep @ self.covariance @ keep.T + gain @ noise @ gain.T
+        left, _ = self._miss(origin_user, direction_user, point_sheet)
+        self.field.learn(direction_user, left, 0.5 * float(np.trace(noise)) / self.sigma**2 - 1.0)
         if extent is None:
             self._rescale(surprise)
         return True
+
+    def aimed(self, direction_user: Array) -> tuple[Array, float]:
+        """Where a ray (3,) of this person is meant to go, (3,), and the noise per axis [rad] that is left."""
+        expected, stays = self.field.at(direction_user)
+        meant = direction_user + expected @ _tangent(direction_user)
+        return np.asarray(meant / np.linalg.norm(meant)), self.sigma * float(np.sqrt(stays))
 
     def _rescale(self, surprise: float) -> None:
         """Draw noise and covariance toward the misses seen: with an unknown scale both share it.
@@ -125,9 +137,10 @@ class Place:
         slope_seen[:, 3] = [from_axis[1], -from_axis[0], 0.0]
         return basis @ seen / reach, basis @ slope_seen / reach
 
-    def now(self) -> PlaceNow:
-        """The place at the time it was last advanced to."""
-        return PlaceNow(self.state[:3], float(self.state[3]), self.covariance[:4, :4], self.sigma)
+    def now(self, sigma: float | None = None) -> PlaceNow:
+        """The place at the time it was last advanced to, for rays of a noise ``sigma`` [rad] or the usual one."""
+        noise = self.sigma if sigma is None else sigma
+        return PlaceNow(self.state[:3], float(self.state[3]), self.covariance[:4, :4], noise)
 
     def calibrated(self) -> Calibrated:
         """The place as a record."""
