@@ -118,3 +118,28 @@ def test_the_area_of_another_plane_tells_nothing():
     area = Area(np.array([0.8, 0.0, 0.5]), np.diag([0.01, 0.01]))
     ray = down(20.0)
     assert_allclose(spot(known(), EYE, ray, 0.0, area=area).xy, spot(known(), EYE, ray, 0.0).xy)
+
+
+@pytest.mark.parametrize("z_up", [False, True])
+def test_the_covariance_of_the_place_reaches_the_spot_with_its_correlations(z_up):
+    """Against places drawn from the covariance itself: x, y, z and yaw all correlated, in both kinds of frame."""
+    rng = np.random.default_rng(0)
+    shape = rng.normal(size=(4, 4)) * [0.004, 0.004, 0.004, 0.008]
+    place, ray = np.array([0.45, 0.8, -0.75 if z_up else 0.75, 1.5]), down(50.0, 10.0)
+
+    @dataclass
+    class Drawn:
+        xyz: np.ndarray
+        yaw: float
+        covariance: np.ndarray
+        sigma: float = 1e-7
+
+        def transform(self) -> Transform:
+            return sheet_from_user(self.xyz, self.yaw, z_up=z_up)
+
+    def at(values):
+        return spot(Drawn(values[:3], float(values[3]), shape.T @ shape), EYE, ray, 0.0)
+
+    drawn = np.array([at(place + shape.T @ rng.normal(size=4)).xy for _ in range(4000)])
+    expected = np.cov(drawn.T)
+    assert_allclose(at(place).covariance, expected, rtol=0.12, atol=0.06 * np.trace(expected))

@@ -41,12 +41,16 @@ class Spot:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Ray:
-    """A ray in ``sheet`` (3,), (3,) that meets the plane ``height`` [m] away along z at ``hit`` (3,)."""
+    """A ray in ``sheet`` (3,), (3,) that meets the plane ``height`` [m] away along z at ``hit`` (3,).
+
+    ``up`` is the user's z along that of the points' frame: -1 for a sheet, 1 for data with z up.
+    """
 
     origin: Array
     direction: Array
     height: float
     hit: Array
+    up: float
 
 
 class Placed(Protocol):
@@ -91,7 +95,7 @@ def _meet(place: Transform, origin_user: Array, direction_user: Array, z: float)
         return f"the ray points {angle:.1f} degrees away from the plane z = {z:g} m: point at the plane"
     if angle < limit:
         return f"the ray is {angle:.1f} degrees from the horizon of the plane, and {limit:.0f} are needed: point lower"
-    return _Ray(origin, direction, height, origin + height / rise * direction)
+    return _Ray(origin, direction, height, origin + height / rise * direction, float(place.rotation[2, 2]))
 
 
 def _spot(ray: _Ray, place: Placed, area: Area | None) -> Spot:
@@ -113,7 +117,8 @@ def _angle_covariance(ray: _Ray, across: Array, place: Placed) -> Array:
     x, y, z = ray.direction
     along_plane = np.array([[1.0, 0.0, -x / z], [0.0, 1.0, -y / z]])
     right, down, _ = ray.hit - place.xyz
-    moved = along_plane @ np.array([[1.0, 0.0, 0.0, -down], [0.0, 1.0, 0.0, right], [0.0, 0.0, 1.0, 0.0]])
+    up = ray.up  # the yaw turns about the user's z, which is against the sheet's
+    moved = along_plane @ np.array([[1.0, 0.0, 0.0, -up * down], [0.0, 1.0, 0.0, up * right], [0.0, 0.0, 1.0, 0.0]])
     angle_of = np.linalg.inv(ray.height / z * along_plane @ across) @ moved
     return np.asarray(angle_of @ place.covariance @ angle_of.T)
 
