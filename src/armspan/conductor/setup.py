@@ -11,7 +11,7 @@ from armspan.conductor.settings import Settings
 from armspan.errors import CalibrationError
 from armspan.frames import Array, rotation_from_quaternion
 from armspan.orientation import Hold, mount_from_forward, mount_from_poses
-from armspan.pointing.calibration import NATURAL, STRAIGHT, STRETCHED, Fit, Noise, calibrate
+from armspan.pointing.calibration import NATURAL, STRAIGHT, Fit, Noise, calibrate
 from armspan.pointing.pairs import Pairs, still_pairs
 from armspan.pointing.priors import PITCH_SD, Priors
 from armspan.pointing.rays import default_model
@@ -215,9 +215,8 @@ class SetUp:
 
     def _noise(self) -> Noise:
         """What is expected of the user before the pairs say more."""
-        if self.settings.posture == "straight":
-            return STRETCHED
-        return STRAIGHT if self.model == "two-band" else NATURAL
+        seen = self.settings.posture == "straight" or self.model == "two-band"
+        return STRAIGHT if seen else NATURAL
 
     def _all_pairs(self) -> Pairs:
         """What was collected, with every point at the height of the robot's light."""

@@ -42,10 +42,6 @@ class Noise:
 STRAIGHT = Noise(float(np.radians(2.0)), 4.0)
 """An arm whose elbow is straight or seen: natural pointing of six people with two bands (TorSalve data)."""
 
-STRETCHED = Noise(float(np.radians(1.5)), 4.0)
-"""One band on an arm that is asked to be straight: whole sessions of such arms that followed a robot leave a mean
-angle of 1.0 to 2.0 degrees (Gromov et al. 2018, re-analysed), which is 0.8 to 1.6 per axis."""
-
 NATURAL = Noise(float(np.radians(3.5)), 2.0)
 """One band on a natural arm, which bends at an elbow that the band cannot see: the same people, one band."""
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from armspan.frames import Array
 
-REPEATED = 0.5
+REPEATED = 0.3
 """Share of the variance of misses that comes again in the same direction and that the place does not take up."""
 
 REACH = float(np.radians(12.0))
