@@ -24,6 +24,11 @@ def someone(person=FLAWLESS, xy=(0.0, 0.0), facing=0.0, seed=0):
     return VirtualPerson(person, xy, facing, np.random.default_rng(seed))
 
 
+def without_slips(person):
+    """The same person, whose gestures all go to the target."""
+    return replace(person, aim=replace(person.aim, slip=0.0))
+
+
 def pointed(person, target, xy=(0.0, 0.0), facing=0.0, seed=0):
     virtual = someone(person, xy, facing, seed)
     virtual.point(0.0, target)
@@ -166,7 +171,7 @@ def test_no_movement_changes_the_lengths(seed):
 @pytest.mark.parametrize("posture", ["straight", "natural"])
 def test_a_person_can_point_anywhere(posture):
     rng = np.random.default_rng(21)
-    virtual = VirtualPerson(draw_person(rng, posture=posture), (0.0, 0.0), 0.0, rng)
+    virtual = VirtualPerson(without_slips(draw_person(rng, posture=posture)), (0.0, 0.0), 0.0, rng)
     for k in range(200):
         target = rng.uniform((-1.0, -3.0, 0.0), (4.0, 3.0, 3.0))
         virtual.point(3.0 * k, target)
@@ -211,7 +216,7 @@ def test_no_arm_spins():
     for seed in range(40):
         rng = np.random.default_rng(seed)
         posture, arm = ("straight", "natural")[seed % 2], ("right", "left")[seed // 2 % 2]
-        virtual = VirtualPerson(draw_person(rng, posture=posture, arm=arm), (0.0, 0.0), 0.0, rng)
+        virtual = VirtualPerson(without_slips(draw_person(rng, posture=posture, arm=arm)), (0.0, 0.0), 0.0, rng)
         spot = (1.5, rng.uniform(-1.0, 1.0), 0.7)
         tasks = ["point", "hang", "stretch", "rest", "point", "stretch", "hang", "rest", "hang"]
         for k, task in enumerate(tasks):
@@ -440,3 +445,18 @@ def test_equal_seeds_make_equal_people_and_movements():
     assert (path == again).all()
     assert one != other
     assert np.abs(path - elsewhere).max() > 0.01
+
+
+def test_a_slip_ends_elsewhere_and_only_as_often_as_it_should():
+    person = replace(FLAWLESS, aim=Aim(slip=0.1, slipped=(0.4, 0.8)))
+    virtual, off = someone(person), []
+    target = np.array([1.5, 0.0, 0.8])
+    for k in range(400):
+        virtual.point(3.0 * k, target)
+        pose = virtual.pose([3.0 * k + 2.5])
+        line, there = pose.fingertip[0] - pose.eye[0], target - pose.eye[0]
+        off.append(float(np.arctan2(np.linalg.norm(np.cross(line, there)), line @ there)))
+    slipped = np.array(off) > 0.3
+    assert 20 <= slipped.sum() <= 62  # 40 expected, sd 6
+    assert np.array(off)[~slipped].max() < 1e-6
+    assert np.array(off)[slipped].max() < 0.81

@@ -2,9 +2,8 @@
 
 The pointing study is repeated with virtual people: 27 targets, 5 gestures at each, one pose a gesture. Every
 number on the right hand side was computed from the recordings of 13 people (TorSalve,
-modelling-human-pointing), seen from between the eyes, by the same statistics. One gesture in a hundred there
-ends tens of degrees off, at no target; virtual people do not do that, so of what those gestures dominate,
-the mean of what an offset leaves of the finest rays, nothing is asked.
+modelling-human-pointing), seen from between the eyes, by the same statistics. One or two gestures in a hundred
+there end tens of degrees off, at no target; they make the difference between means and medians.
 """
 
 import numpy as np
@@ -122,6 +121,7 @@ def forearm(natural):
     [
         ("raw mean", 4.95),
         ("raw median", 3.89),
+        ("offset mean", 3.40),
         ("offset median", 1.56),
     ],
 )
@@ -134,6 +134,7 @@ def test_eye_finger_is_as_exact_as_people_are(eye_finger, statistic, measured):
     [
         ("raw mean", 14.6),
         ("raw median", 14.6),
+        ("offset mean", 3.55),
         ("offset median", 2.49),
     ],
 )

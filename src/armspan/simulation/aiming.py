@@ -23,8 +23,16 @@ class Aiming:
         self._wrist = elbow.wrist + elbow.wrist_repeat * rng.standard_normal(2)
         self._rolls = [elbow.roll, elbow.upper_roll] + elbow.roll_repeat * rng.standard_normal(2)
         self._shift = np.asarray(trunk.shift) + trunk.shift_repeat * rng.standard_normal(3)
+        self._errors[0] += self._slip()
         self._direction: Array | None = None
         self.intent = self._intent(target)
+
+    def _slip(self) -> Array:
+        """The error (2,) [rad] of a gesture that goes elsewhere altogether, mostly none."""
+        aim = self._figure.person.aim
+        chance, size, way = self._rng.uniform(size=3)
+        angle = aim.slipped[0] + size * (aim.slipped[1] - aim.slipped[0]) if chance < aim.slip else 0.0
+        return angle * np.array([np.cos(2 * np.pi * way), np.sin(2 * np.pi * way)])
 
     def follow(self, target: Array) -> Array:
         """The step (14,) to what is intended now that the target is at (3,) [m]."""

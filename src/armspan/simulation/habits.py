@@ -43,13 +43,16 @@ class Aim:
     """Errors of the line dominant eye to fingertip.
 
     ``repeat`` is the standard deviation between gestures at one target; on the move the error is drawn
-    afresh over ``travel`` [rad] of the target's way.
+    afresh over ``travel`` [rad] of the target's way. With probability ``slip`` a gesture ends somewhere else
+    altogether, by an angle between two bounds [rad].
     """
 
     bias: Vec2 = (0.0, 0.0)
     surface: Surface = field(default_factory=Surface)
     repeat: Vec2 = (0.0, 0.0)
     travel: float = 0.1
+    slip: float = 0.0
+    slipped: Vec2 = (0.35, 1.4)
 
 
 @dataclass(frozen=True, slots=True)
