@@ -11,6 +11,7 @@ from armspan.frames import (
     Transform,
     identity,
     plane_hit,
+    polygon_middle,
     rotation_from_quaternion,
     sheet_from_user,
     yaw_rotation,
@@ -243,3 +244,10 @@ def test_a_hit_lies_in_the_plane_ahead_on_the_ray(origin, direction, z):
         assert hit[2] == pytest.approx(z, abs=1e-9)
         np.testing.assert_allclose(np.cross(hit - origin, direction), 0.0, atol=1e-6)
         assert (hit - origin) @ direction > 0 or abs(z - origin[2]) < 1e-9
+
+
+def test_the_middle_of_a_polygon_is_that_of_its_area():
+    """An L of two squares: middles (0.5, 0.5), (1.5, 0.5) and (0.5, 1.5), whichever way round it is listed."""
+    shape = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2)]
+    assert polygon_middle(shape) == pytest.approx((2.5 / 3, 2.5 / 3))
+    assert polygon_middle(shape[::-1]) == pytest.approx((2.5 / 3, 2.5 / 3))

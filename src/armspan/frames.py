@@ -120,3 +120,12 @@ def plane_hit(origins: ArrayLike, directions: ArrayLike, z: float | ArrayLike) -
         reach = (np.asarray(z, dtype=float) - o[..., 2]) / d[..., 2]
         hits = o + np.where(reach > 0, reach, np.nan)[..., None] * d
     return np.where(np.isfinite(hits).all(axis=-1, keepdims=True), hits, np.nan)
+
+
+def polygon_middle(corners: ArrayLike) -> tuple[float, float]:
+    """Centroid [m] of a polygon (n, 2) that does not cross itself, in its corners' frame."""
+    here = np.asarray(corners, dtype=float)
+    following = np.roll(here, -1, axis=0)
+    cross = here[:, 0] * following[:, 1] - following[:, 0] * here[:, 1]
+    x, y = ((here + following) * cross[:, None]).sum(axis=0) / (3.0 * cross.sum())
+    return float(x), float(y)

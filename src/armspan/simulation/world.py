@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from armspan.frames import polygon_middle
 from armspan.records import COMMANDS, Calibrated, Event, Press, Record, Say, Selected, Tick, Vec2, Zone
 from armspan.simulation.bands import VirtualBand
 from armspan.simulation.person import VirtualPerson
@@ -179,11 +180,4 @@ class World:
 
 def zone_middles(zones: Sequence[Zone]) -> dict[str, Vec2]:
     """The middle [m] of each zone: where its name is printed, and where people point."""
-    middles = {}
-    for zone in zones:
-        corners = np.array(zone.polygon)
-        following = np.roll(corners, -1, axis=0)
-        cross = corners[:, 0] * following[:, 1] - following[:, 0] * corners[:, 1]
-        middle = ((corners + following) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
-        middles[zone.name] = (float(middle[0]), float(middle[1]))
-    return middles
+    return {zone.name: polygon_middle(zone.polygon) for zone in zones}

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from armspan.errors import DataError
-from armspan.frames import Array
+from armspan.frames import Array, polygon_middle
 from armspan.records import (
     Calibrated,
     Covariance2,
@@ -159,12 +159,8 @@ def read_trials(
 
 
 def zone_middle(zone: Zone) -> Vec2:
-    """The centroid [m] of a zone's polygon, which does not cross itself."""
-    corners = np.array(zone.polygon)
-    following = np.roll(corners, -1, axis=0)
-    cross = corners[:, 0] * following[:, 1] - following[:, 0] * corners[:, 1]
-    x, y = ((corners + following) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
-    return float(x), float(y)
+    """The centroid [m] of a zone: where its name is printed."""
+    return polygon_middle(zone.polygon)
 
 
 def summary(trials: Sequence[TrialResult]) -> Mapping[str, float | int | None]:
