@@ -1,6 +1,6 @@
 """Transforms with two named ends, rays and planes. ``docs/conventions.md`` tells every choice made here.
 
-The frames are ``sensor``, ``wrist``, ``earth``, ``user``, ``sheet`` and ``robot`` (DESIGN §4). Names read
+The frames are ``sensor``, ``wrist``, ``earth``, ``user``, ``sheet`` and ``robot``. Names read
 ``target_from_source``, so that inner names cancel in a product.
 """
 

@@ -4,12 +4,20 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from armspan import __version__
 from armspan.cli import calibrate, check, demo, init, replay, run
 from armspan.errors import ArmspanError
 
 _VERBS = (demo, run, init, calibrate, replay, check)
+
+
+class _OneLine(argparse.ArgumentParser):
+    """Says what is wrong with a command line in one sentence, without the usage before it."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message}; see `{self.prog} --help`\n")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -32,7 +40,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    top = argparse.ArgumentParser(
+    top = _OneLine(
         prog="armspan",
         description="Your arms as a remote control for tabletop robots: point, select, steer.",
         epilog="`armspan VERB --help` tells a verb's options. Start with `armspan demo`.",

@@ -9,15 +9,16 @@ from typing import Any
 import msgspec
 import numpy as np
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from armspan.config.body_file import read_body
 from armspan.config.recordings import Recording, read_pairs, read_rays
 from armspan.errors import CalibrationError, DataError
 from armspan.frames import Array, rotation_from_quaternion
-from armspan.pointing.calibration import METHODS, Fit, calibrate
+from armspan.pointing.calibration import METHODS, Fit, calibrate, quality
 from armspan.pointing.pairs import Pairs, moving_pairs, still_pairs
-from armspan.pointing.priors import PITCH_SD, Priors
+from armspan.pointing.priors import PITCH_SD, TABLE_SD, Priors
 from armspan.pointing.rays import default_model
 from armspan.pointing.spots import Spot, spot
 from armspan.records import MODELS, Body, Model
@@ -25,16 +26,18 @@ from armspan.records import MODELS, Body, Model
 SUSPECT = float(np.radians(8.0))
 """Residual [rad] above which the frame of the points may be the other way up."""
 
-TABLE_SD_M = 0.02
-"""How well a table's height is known from a tape measure [m]."""
-
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the verb and its options."""
     parser = subparsers.add_parser(
         "calibrate",
         help="find the user's place from recorded pairs of arm and point",
-        description="Find where the user stands relative to the sheet from recorded pairs of arm attitude and point.",
+        description=(
+            "Find where the user stands relative to the sheet from recorded pairs of arm attitude and point. Columns of "
+            "PAIRS.csv: t_s; stop (leave it out for moving data); forearm_qw..qz (user_from_wrist, w first, x along the "
+            "forearm to the hand); upperarm_qw..qz for a second band; x_m, y_m, z_m of the very point pointed at, z into "
+            "the table unless --z-up. Spots of --predict are drawn a little towards the calibrated area."
+        ),
     )
     add = parser.add_argument
     add("pairs", type=Path, metavar="PAIRS.csv", help="arm attitudes and the points pointed at")
@@ -84,7 +87,7 @@ def _check_bands(path: Path, model: Model, rays: Recording | None) -> None:
 
 def _fit(args: argparse.Namespace, body: Body, recording: Recording, model: Model) -> tuple[Fit, float]:
     """The fit and the milliseconds it took, in a second run: the first one also pays for numpy's awakening."""
-    height = None if args.table_height_m is None else (args.table_height_m, TABLE_SD_M)
+    height = None if args.table_height_m is None else (args.table_height_m, TABLE_SD)
     priors = Priors(height, PITCH_SD if args.free_pitch else None, args.free_body)
     try:
         pairs = _pairs(recording)
@@ -161,16 +164,16 @@ def _prediction(t: float, found: Spot) -> dict[str, Any]:
 
 def _show(console: Console, fit: Fit, recording: Recording, rays: Recording | None, spots: list[Spot]) -> None:
     sd = np.sqrt(np.diagonal(fit.covariance))
-    place = Table("", "x [m]", "y [m]", "z [m]", "yaw [deg]", title="sheet_from_user")
+    place = Table("", r"x \[m]", r"y \[m]", r"z \[m]", r"yaw \[deg]", title="sheet_from_user")
     place.add_row("place", *(f"{v:.3f}" for v in fit.xyz), f"{np.degrees(fit.yaw):.1f}")
     place.add_row("± 1 sd", *(f"{v:.3f}" for v in sd[:3]), f"{np.degrees(sd[3]):.1f}")
     console.print(f"{fit.model} rays, {fit.method}")
     console.print(place)
     if fit.stops:
-        stops = Table("stop", "residual [deg]", "samples", "", title="stops")
+        stops = Table("stop", r"residual \[deg]", "samples", "", title="stops")
         for stop in fit.stops:
             left_out = "" if stop.used else "left out"
-            stops.add_row(stop.stop, f"{np.degrees(stop.residual):.2f}", str(stop.pairs), left_out)
+            stops.add_row(escape(stop.stop), f"{np.degrees(stop.residual):.2f}", str(stop.pairs), left_out)
         console.print(stops)
     if rays is not None:
         console.print(_spots_table(rays, spots))
@@ -178,10 +181,10 @@ def _show(console: Console, fit: Fit, recording: Recording, rays: Recording | No
 
 
 def _spots_table(rays: Recording, spots: list[Spot]) -> Table:
-    table = Table("t [s]", "x [m]", "y [m]", "± 1 sd, longest [m]", title="spots")
+    table = Table(r"t \[s]", r"x \[m]", r"y \[m]", r"± 1 sd, longest \[m]", title="spots")
     for t, found in zip(rays.times, spots, strict=True):
         if found.xy is None or found.covariance is None:
-            table.add_row(f"{t:.2f}", "-", "-", found.refused)
+            table.add_row(f"{t:.2f}", "-", "-", escape(found.refused or ""))
             continue
         longest = float(np.sqrt(np.linalg.eigvalsh(found.covariance)[-1]))
         table.add_row(f"{t:.2f}", *(f"{v:.3f}" for v in found.xy), f"{longest:.3f}")
@@ -192,7 +195,7 @@ def verdict(fit: Fit, samples: int) -> str:
     """How good the calibration is, in plain words."""
     degrees = np.degrees(fit.rms)
     advice = "point again" if fit.model == "two-band" else "keep the arm straight, or add a second band"
-    word = "good" if degrees < 2.5 else "fair" if degrees < 5.0 else f"poor: {advice}"
+    word = f"poor: {advice}" if quality(fit) == "poor" else quality(fit)
     out = [stop.stop for stop in fit.stops if not stop.used]
     from_what = f"{len(fit.stops) - len(out)} stops" if fit.stops else f"{samples} samples of a moving point"
     text = f"The rays of {from_what} pass their points by {degrees:.1f} degrees (rms), which is {word}."

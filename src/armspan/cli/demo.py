@@ -8,13 +8,14 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from armspan.cli.play import fresh_name, play, read_account, step_times, talk
+from armspan.cli.play import fresh_name, make_folder, play, read_account, step_times, talk
 from armspan.cli.progress import Progress
 from armspan.cli.report import print_account
 from armspan.cli.run import positive
 from armspan.config.demo_room import demo_room
 from armspan.config.house import House, open_house
 from armspan.errors import ConfigError
+from armspan.log import LogFile
 from armspan.ports import Sink
 from armspan.study.account import Account
 from armspan.study.picture import draw
@@ -30,8 +31,14 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         "stops, then points at twenty targets, first without and then with a cursor shown by the robots' lights.",
     )
     parser.add_argument("--headless", action="store_true", help="no live display; as fast as it goes")
-    parser.add_argument("--pace", choices=("live", "fast"), help="default: live in a terminal, else fast")
-    parser.add_argument("--seed", type=seed, default=1, metavar="N", help="default: %(default)s")
+    parser.add_argument(
+        "--pace",
+        choices=("live", "fast"),
+        help="in real time, or as fast as it goes; default: live in a terminal, else fast",
+    )
+    parser.add_argument(
+        "--seed", type=seed, default=1, metavar="N", help="one seed is one session; default: %(default)s"
+    )
     parser.add_argument("--seconds", type=positive, metavar="S", help="end after S seconds of session time")
     parser.add_argument("--arm", choices=("straight", "natural"), default="straight", help="how the arm is held")
     parser.add_argument("--bands", type=int, choices=(1, 2), default=1, help="a second one sits on the upper arm")
@@ -54,15 +61,14 @@ def run(args: argparse.Namespace) -> int:
     house = open_house(demo_room(args.seed, posture=args.arm, bands=args.bands), seconds=args.seconds)
     path = args.log or fresh_name("demo")
     picture = args.picture or path.with_suffix(".png")
-    if picture.exists() and not args.overwrite and picture.stat().st_size:
-        raise ConfigError(f"{picture} exists: name another picture with --picture, or replace it with --overwrite")
+    _check_picture(picture, path, args.overwrite)
     watched = sys.stderr.isatty() and not args.headless
     live = (args.pace or ("live" if watched else "fast")) == "live"
     with Progress(house.settings, shown=watched) as progress:
         sinks: list[Sink] = [progress] if watched else [] if args.headless else [talk]
         counters = play(house, path, live=live, overwrite=args.overwrite, sinks=sinks)
     log, found = read_account(path, house)
-    draw(picture, log.records, found, house.settings.sheet, house.settings.zones)
+    _draw(picture, log, found, house)
     document = _document(
         args, house, found, {"step_us": step_times(counters), "log": str(path), "picture": str(picture)}
     )
@@ -71,6 +77,24 @@ def run(args: argparse.Namespace) -> int:
     else:
         print_account(document, f"The demo, seed {args.seed}, {args.arm} arm, {args.bands} band(s), simulated")
     return 0
+
+
+def _check_picture(picture: Path, log: Path, overwrite: bool) -> None:
+    """Refuse before the session what would fail, or replace something, after it."""
+    if picture.resolve() == log.resolve():
+        raise ConfigError(f"{picture} would be both the log and its picture: name another picture with --picture")
+    if picture.is_dir():
+        raise ConfigError(f"{picture} is a folder: name a file for the picture with --picture")
+    if picture.exists() and not overwrite and picture.stat().st_size:
+        raise ConfigError(f"{picture} exists: name another picture with --picture, or replace it with --overwrite")
+    make_folder(picture.parent)
+
+
+def _draw(picture: Path, log: LogFile, found: Account, house: House) -> None:
+    try:
+        draw(picture, log.records, found, house.settings.sheet, house.settings.zones)
+    except OSError as error:
+        raise ConfigError(f"{picture} cannot be written ({error.strerror}); the log is whole: {log.path}") from None
 
 
 def _document(args: argparse.Namespace, house: House, found: Account, more: dict[str, Any]) -> dict[str, Any]:

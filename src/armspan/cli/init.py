@@ -90,7 +90,7 @@ elsewhere = 0.05
 # The virtual part: one seed is one session. at_m is where the person stands, in sheet coordinates.
 [simulation]
 seed = 1
-table_height_m = 0.75
+table_height_m = 0.75  # where the virtual table truly is; the one at the top is what was measured
 
 [simulation.person]
 at_m = [0.45, 0.80]

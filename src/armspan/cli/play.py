@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from armspan.config.house import House
+from armspan.errors import LogError
 from armspan.log import LogFile, LogWriter, read
 from armspan.ports import Sink
 from armspan.records import Record, Say
@@ -21,10 +22,11 @@ def play(house: House, path: Path, *, live: bool, overwrite: bool = False, sinks
     """Run a house's session into a log; robots are stopped and the log is whole on Ctrl-C and SIGTERM too.
 
     Raises:
+        LogError: the log cannot be made, or exists.
         KeyboardInterrupt: after Ctrl-C or SIGTERM, when all is closed.
 
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(path.parent)
     with LogWriter(path, house.header, overwrite=overwrite or _empty(path)) as log:
         session = asyncio.run(_play(house, live, [log, *sinks]))
     return session.counters
@@ -52,6 +54,14 @@ def stop_on_signals(task: "asyncio.Task[None] | asyncio.Future[None]") -> None:
             RuntimeError,
         ):  # Windows, or not the main thread: Python's own Ctrl-C remains
             return
+
+
+def make_folder(folder: Path) -> None:
+    """A folder for what is written, made where there is none (LogError)."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise LogError(f"{folder} cannot be a folder ({error.strerror}): choose another place") from None
 
 
 def _empty(path: Path) -> bool:

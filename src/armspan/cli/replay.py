@@ -29,14 +29,19 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     """Replay; exit code 1 when ``--check`` finds a difference."""
     log = read(args.log)
-    if not log.complete:
-        print(f"{args.log} was cut off; its {len(log.records)} whole records are used", file=sys.stderr)
+    tell_if_cut(log)
     settings = settings_of(log)
     if args.check:
         return _check(log, settings, args.json)
     for output in decisions(log.records, settings):
         print(msgspec.json.encode(output).decode() if args.json else output)
     return 0
+
+
+def tell_if_cut(log: LogFile) -> None:
+    """Say on stderr that a log lacks its end."""
+    if not log.complete:
+        print(f"{log.path} was cut off; its {len(log.records)} whole records are used", file=sys.stderr)
 
 
 def settings_of(log: LogFile) -> Settings:

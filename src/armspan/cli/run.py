@@ -6,9 +6,11 @@ from pathlib import Path
 import msgspec
 
 from armspan.cli.play import fresh_name, play, read_account, step_times, talk
+from armspan.cli.replay import tell_if_cut
 from armspan.cli.report import print_account
 from armspan.config.house import open_house
 from armspan.config.room_file import read_room
+from armspan.errors import ConfigError
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -42,6 +44,10 @@ def run(args: argparse.Namespace) -> int:
     """Run the room and say what happened."""
     house = open_house(read_room(args.room), args.room.parent, args.seconds)
     path = args.log or fresh_name(args.room.stem)
+    for log in house.logs.values():
+        tell_if_cut(log)
+        if path.resolve() == log.path.resolve():
+            raise ConfigError(f"{path} is a log that the room replays, and is kept: name another one with --log")
     counters = play(house, path, live=args.pace == "live", overwrite=args.overwrite, sinks=[talk])
     _, found = read_account(path, house)
     document = {

@@ -77,7 +77,7 @@ class Conductor:
             outputs.append(output)
             fit = self._setup.fit
             if isinstance(output, Calibrated) and fit is not None:
-                place = Place.from_calibration(output)
+                place = Place.from_calibration(output, self._setup.noise().dof)
                 self._pointer = Pointer(self.settings, self._arm, place, fit.rays)
         if self._pointer is not None:
             outputs.extend(self._point(t, self._pointer))
@@ -89,8 +89,7 @@ class Conductor:
         outputs: list[Output] = [pointed]
         if dwelt:
             outputs.extend(self._choose(t, pointer, "dwell"))
-        if self.feedback:
-            outputs.extend(self._lights.step(t, pointed.xy, self.states))
+        outputs.extend(self._lights.step(t, pointed.xy if self.feedback else None, self.states))
         return outputs
 
     def _choose(self, t: float, pointer: Pointer, how: str) -> list[Output]:

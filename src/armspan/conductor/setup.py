@@ -11,9 +11,9 @@ from armspan.conductor.settings import Settings
 from armspan.errors import CalibrationError
 from armspan.frames import Array, rotation_from_quaternion
 from armspan.orientation import Hold, mount_from_forward, mount_from_poses
-from armspan.pointing.calibration import NATURAL, STRAIGHT, Fit, Noise, calibrate
+from armspan.pointing.calibration import NATURAL, STRAIGHT, Fit, Noise, calibrate, quality
 from armspan.pointing.pairs import Pairs, still_pairs
-from armspan.pointing.priors import PITCH_SD, Priors
+from armspan.pointing.priors import PITCH_SD, TABLE_SD, Priors
 from armspan.pointing.rays import default_model
 from armspan.pointing.stops import StopPairs
 from armspan.records import Calibrated, Model, Output, RobotState, Say, Vec2
@@ -21,8 +21,6 @@ from armspan.swarm.errands import Errands
 
 _PATIENCE = 12.0
 _REST = 0.002
-TABLE_SD = 0.01
-"""How well a table's height is measured with a tape [m], floor and sheet included."""
 HANGING: Array = np.array([0.0, 0.0, -1.0])
 
 
@@ -201,7 +199,7 @@ class SetUp:
             tuple(float(v) for v in np.ravel(fit.covariance)),
             float(fit.rms),
             float(fit.sigma),
-            len(self._pairs),
+            sum(stop.used for stop in fit.stops),
         )
         return [found, Say(t, verdict(fit), "ready")]
 
@@ -211,9 +209,9 @@ class SetUp:
         bent = self.settings.posture == "natural" and self.model != "two-band"
         plane = None if height is None or bent else (height, TABLE_SD)  # an unseen elbow hides in the height
         priors = Priors(plane, PITCH_SD, self.settings.body.covariance is not None)
-        return calibrate(self.settings.body, self._all_pairs(), self.model, noise=self._noise(), priors=priors)
+        return calibrate(self.settings.body, self._all_pairs(), self.model, noise=self.noise(), priors=priors)
 
-    def _noise(self) -> Noise:
+    def noise(self) -> Noise:
         """What is expected of the user before the pairs say more."""
         seen = self.settings.posture == "straight" or self.model == "two-band"
         return STRAIGHT if seen else NATURAL
@@ -229,12 +227,11 @@ class SetUp:
 
 def verdict(fit: Fit) -> str:
     """The quality of a calibration in plain words."""
-    degrees = float(np.degrees(fit.rms))
-    worst = max(fit.stops, key=lambda stop: stop.residual).stop
-    if degrees < 2.0:
-        word = "good"
-    elif degrees < 4.0:
-        word = "fair"
-    else:
-        word = f"poor: stop {worst} fits worst; pointing again with a straight arm may help"
-    return f"Your place is known; the pointing fits to {degrees:.1f} degrees, which is {word}"
+    left_out = [stop.stop for stop in fit.stops if not stop.used]
+    worst = max((stop for stop in fit.stops if stop.used), key=lambda stop: stop.residual).stop
+    text = f"Your place is known; the pointing fits to {np.degrees(fit.rms):.1f} degrees, which is {quality(fit)}"
+    if quality(fit) == "poor":
+        text += f": stop {worst} fits worst; pointing again with a straight arm may help"
+    if left_out:
+        text += f". Stop {left_out[0]} fits none of the others and was left out"
+    return text

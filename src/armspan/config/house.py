@@ -68,11 +68,17 @@ class House:
         """One maker for each source; the first one also brings the ticks and the presses."""
         makers: list[Callable[[Pace], Source]] = []
         if self.world is not None:
-            makers.append(partial(simulated.source, self.world, seconds=self.seconds))
+            makers.append(partial(simulated.source, self.world, seconds=self._world_seconds()))
         for log in self.logs.values():
             records = events_of(self.settings, log, leading=not makers)
-            makers.append(partial(replay.source, records))
+            makers.append(partial(replay.source, records, seconds=self.seconds))
         return makers
+
+    def _world_seconds(self) -> float | None:
+        """How long the virtual world goes on: without a person only as long as there is something to replay."""
+        if self.seconds is not None or self.world is None or self.world.person is not None:
+            return self.seconds
+        return max((record.t for log in self.logs.values() for record in log.records), default=0.0)
 
     def _hear(self, record: Record) -> None:
         if self.world is not None and not isinstance(record, COMMANDS):

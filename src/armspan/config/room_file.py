@@ -1,6 +1,8 @@
 """ROOM.toml: what stands in the room. Every number says its unit in its name."""
 
+import math
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -10,6 +12,7 @@ import shapely
 
 from armspan.conductor import BandSettings, Settings
 from armspan.config.body_file import body_from_table
+from armspan.config.recordings import UNIT_TOLERANCE
 from armspan.errors import ConfigError
 from armspan.pointing.selection import SelectionSettings
 from armspan.records import Body, Model, Quaternion, Sheet, Vec2, Zone
@@ -68,6 +71,8 @@ class Simulation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     table_height_m: float = 0.75
     person: SimulatedPerson = SimulatedPerson()
 
+
+_ANYBODY = Body(1.6, (0.06, 0.15, 0.22), 0.72)
 
 BandEntry = SimulatedBand | ReplayedBand
 RobotEntry = SimulatedRobot | ReplayedRobot
@@ -158,6 +163,9 @@ def parse_room(raw: dict[str, Any]) -> RoomFile:
         ConfigError: what is wrong, where, and what was expected.
 
     """
+    for place, number in _numbers(raw):
+        if not math.isfinite(number):
+            raise ConfigError(f"at {place}: {number} is not a finite number")
     try:
         room = msgspec.convert(raw, RoomFile)
     except msgspec.ValidationError as error:
@@ -174,6 +182,18 @@ def _in_words(text: str) -> str:
     return f"at {place}: {what[:1].lower()}{what[1:]}; see the comments of a file written by `armspan init`"
 
 
+def _numbers(value: object, place: str = "") -> Iterator[tuple[str, float]]:
+    """Every float with its place in the file."""
+    if isinstance(value, float):
+        yield place, value
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            yield from _numbers(item, f"{place}.{key}".removeprefix("."))
+    elif isinstance(value, list):
+        for number, item in enumerate(value):
+            yield from _numbers(item, f"{place}[{number}]")
+
+
 def _check(room: RoomFile) -> None:
     if not room.bands or not room.robots:
         raise ConfigError("the room needs at least one entry in [[bands]] and one in [[robots]]")
@@ -182,11 +202,14 @@ def _check(room: RoomFile) -> None:
             raise ConfigError(f"sheet.{name} is {size}; expected metres between 0.05 and 20")
     for zone in room.zones:
         _check_zone(zone, room.sheet)
-    for x, y in room.stops_m:
-        if not (0 <= x <= room.sheet.width_m and 0 <= y <= room.sheet.height_m):
-            raise ConfigError(
-                f"the stop ({x}, {y}) lies off the sheet of {room.sheet.width_m} x {room.sheet.height_m} m"
-            )
+    for stop in room.stops_m:
+        _check_place("the stop", stop, room.sheet)
+    for robot in room.robots:
+        if isinstance(robot, SimulatedRobot):
+            _check_place(f"the start of robot {robot.name!r},", robot.start_m, room.sheet)
+    for band in room.bands:
+        _check_band(band)
+    _check_simulation(room)
     if room.stops_m and len(room.stops_m) < 3:
         raise ConfigError(
             f"stops_m has {len(room.stops_m)} stops; the set-up needs three that are not on one line, better four"
@@ -195,6 +218,40 @@ def _check(room: RoomFile) -> None:
         body_from_table(room.body, "the room")
     elif not any(isinstance(band, SimulatedBand) for band in room.bands):
         raise ConfigError("[body] is missing: a real person's measures are needed")
+    room.settings(_ANYBODY)  # names, segments and the model are checked there
+
+
+def _check_place(what: str, xy: Vec2, sheet: Sheet) -> None:
+    x, y = xy
+    if not (0 <= x <= sheet.width_m and 0 <= y <= sheet.height_m):
+        raise ConfigError(f"{what} ({x}, {y}) lies off the sheet of {sheet.width_m} x {sheet.height_m} m")
+
+
+def _check_band(band: BandEntry) -> None:
+    rate, turn = getattr(band, "rate_hz", 100.0), band.wrist_from_sensor
+    if not 1 <= rate <= 2000:
+        raise ConfigError(f"band {band.name!r} has rate_hz = {rate}; expected 1 to 2000 samples a second")
+    if turn is not None and abs(math.hypot(*turn) - 1.0) > UNIT_TOLERANCE:
+        raise ConfigError(
+            f"band {band.name!r} has wrist_from_sensor = {list(turn)} of length {math.hypot(*turn):.3f}; a unit "
+            "quaternion (w, x, y, z) has length 1"
+        )
+
+
+def _check_simulation(room: RoomFile) -> None:
+    wanted = room.simulation
+    if wanted.seed < 0 or wanted.person.trials < 0:
+        raise ConfigError(
+            f"simulation has seed = {wanted.seed} and person.trials = {wanted.person.trials}; expected whole numbers "
+            "from 0"
+        )
+    simulated = any(isinstance(band, SimulatedBand) for band in room.bands)
+    replayed = [robot.name for robot in room.robots if isinstance(robot, ReplayedRobot)]
+    if simulated and replayed:
+        raise ConfigError(
+            f"robot {replayed[0]!r} is replayed, but a simulated person can only point at simulated robots: replay "
+            "the bands too, or simulate the robot"
+        )
 
 
 def _check_zone(zone: ZoneEntry, sheet: Sheet) -> None:

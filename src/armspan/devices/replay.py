@@ -6,10 +6,10 @@ from armspan.ports import Pace
 from armspan.records import EVENTS, Command, Event, Record
 
 
-async def source(records: Iterable[Record], pace: Pace) -> AsyncGenerator[Event, None]:
-    """The events among records; what was decided then is left out, to be decided anew."""
+async def source(records: Iterable[Record], pace: Pace, seconds: float | None = None) -> AsyncGenerator[Event, None]:
+    """The events among records, up to ``seconds``; what was decided then is left out, to be decided anew."""
     for record in records:
-        if isinstance(record, EVENTS):
+        if isinstance(record, EVENTS) and (seconds is None or record.t <= seconds):
             await pace(record.t)
             yield record  # type: ignore[misc]
 

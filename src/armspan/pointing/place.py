@@ -58,13 +58,16 @@ class Place:
     field: MissField = dataclasses.field(default_factory=MissField)
 
     @classmethod
-    def from_calibration(cls, found: Calibrated, drift_rate: float = DRIFT_RATE) -> "Place":
-        """Start from a calibration; ``drift_rate`` [rad/s] is the heading's expected drift."""
+    def from_calibration(cls, found: Calibrated, assumed: float = 4.0, drift_rate: float = DRIFT_RATE) -> "Place":
+        """Start from a calibration whose noise was assumed with a worth of ``assumed`` degrees of freedom.
+
+        ``drift_rate`` [rad/s] is the heading's expected drift.
+        """
         covariance = np.zeros((5, 5))
         covariance[:4, :4] = np.reshape(found.covariance, (4, 4))
         covariance[4, 4] = drift_rate**2
         state = np.array([*found.xyz, found.yaw, 0.0])
-        dof = 4.0 + max(0.0, 2.0 * found.pairs - 4.0)
+        dof = assumed + max(0.0, 2.0 * found.pairs - 4.0)
         return cls(found.source, found.t, state, covariance, found.sigma, found.rms, found.pairs, dof)
 
     def advance(self, t: float) -> None:

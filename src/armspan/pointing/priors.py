@@ -23,6 +23,10 @@ PITCH_SD = float(np.radians(3.0))
 """How far a band's pitch on the wrist is off after zeroing [rad]; a wrist is not a cylinder."""
 
 
+TABLE_SD = 0.01
+"""How well a table's height is measured with a tape [m], floor and sheet included."""
+
+
 @dataclass(frozen=True, slots=True)
 class Priors:
     """What to assume; None or False leaves a quantity as it is.

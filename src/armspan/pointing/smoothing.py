@@ -1,5 +1,6 @@
 """Smoothing of the pointing arm with the One-Euro filter, in the tangent space of rotations."""
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,7 +34,7 @@ class SmoothRotation:
             self._axes = [OneEuroFilter(20.0, self.cutoff, self.beta) for _ in range(3)]
         else:
             turn = rotation_vector(self._last.T @ rotation)
-            self._path = [p + float(np.degrees(a)) for p, a in zip(self._path, turn, strict=True)]
+            self._path = [p + math.degrees(a) for p, a in zip(self._path, turn.tolist(), strict=True)]
         lag = [axis(p, t) - p for axis, p in zip(self._axes, self._path, strict=True)]
         self._t, self._last = t, rotation
         return rotation @ turn_by(np.radians(lag))
@@ -60,10 +61,10 @@ def rotation_vector(rotation: Array) -> Array:
 
 def turn_by(vector: Array) -> Array:
     """Rotation (3, 3) by a rotation vector (3,) [rad] (Rodrigues)."""
-    x, y, z = (float(v) for v in vector)
-    angle = float(np.sqrt(x * x + y * y + z * z))
+    x, y, z = vector.tolist()
+    angle = math.hypot(x, y, z)
     if angle < 1e-12:
         return np.eye(3)
-    a, b = np.sin(angle) / angle, (1 - np.cos(angle)) / angle**2
+    a, b = math.sin(angle) / angle, (1 - math.cos(angle)) / angle**2
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.asarray(np.eye(3) + a * cross + b * (cross @ cross))

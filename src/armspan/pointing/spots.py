@@ -114,12 +114,11 @@ def _spot(ray: _Ray, place: Placed, area: Area | None) -> Spot:
 
 def _angle_covariance(ray: _Ray, across: Array, place: Placed) -> Array:
     """How the calibration's doubt turns the ray at its spot, (2, 2) [rad²] about ``across``."""
-    x, y, z = ray.direction
-    along_plane = np.array([[1.0, 0.0, -x / z], [0.0, 1.0, -y / z]])
     right, down, _ = ray.hit - place.xyz
     up = ray.up  # the yaw turns about the user's z, which is against the sheet's
-    moved = along_plane @ np.array([[1.0, 0.0, 0.0, -up * down], [0.0, 1.0, 0.0, up * right], [0.0, 0.0, 1.0, 0.0]])
-    angle_of = np.linalg.inv(ray.height / z * along_plane @ across) @ moved
+    moved = np.array([[1.0, 0.0, 0.0, -up * down], [0.0, 1.0, 0.0, up * right], [0.0, 0.0, 1.0, 0.0]])
+    # A shift turns the ray to its spot by the part of it that lies across, over the distance.
+    angle_of = ray.direction[2] / ray.height * (across.T @ moved)
     return np.asarray(angle_of @ place.covariance @ angle_of.T)
 
 

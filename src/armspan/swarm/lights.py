@@ -5,10 +5,9 @@ colour tells the distance: yellow, orange, red, then nothing. So direction is to
 by number and by colour. A robot that has just been chosen is blue all round.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-
-import numpy as np
 
 from armspan.records import Colour, Light, RobotState, Vec2
 
@@ -35,14 +34,14 @@ def ring_toward(spot: Vec2, state: RobotState, led_zero: float = 0.0) -> Ring:
     ``led_zero`` [rad] is where light 0 sits, clockwise from the robot's front as seen from above.
     """
     dx, dy = spot[0] - state.xy[0], spot[1] - state.xy[1]
-    distance = float(np.hypot(dx, dy))
+    distance = math.hypot(dx, dy)
     if distance < NEAR:
         return (ON_IT,) * LEDS
     colour = next((colour for reach, colour in RINGS if distance < reach), None)
     if colour is None:
         return _DARK
-    bearing = np.arctan2(dy, dx) - state.heading - led_zero
-    lit = round(float(bearing) / (2 * np.pi / LEDS)) % LEDS
+    bearing = math.atan2(dy, dx) - state.heading - led_zero
+    lit = round(bearing / (2 * math.pi / LEDS)) % LEDS
     return tuple(colour if k == lit else OFF for k in range(LEDS))
 
 
@@ -75,7 +74,7 @@ class CursorLights:
 
     def _change(self, t: float, robot: str, ring: Ring) -> list[Light]:
         shown = self._shown.get(robot)
-        stale = t - self._whole.get(robot, -np.inf) > _AGAIN and ring != _DARK
+        stale = t - self._whole.get(robot, -math.inf) > _AGAIN and ring != _DARK
         if ring == shown and not stale:
             return []
         self._shown[robot] = ring

@@ -1,0 +1,60 @@
+import tomllib
+
+from armspan.cli.init import ROOM
+from armspan.config.house import open_house
+from armspan.config.room_file import RoomFile, read_room
+from armspan.pointing.selection import SelectionSettings
+from armspan.swarm.limits import Limits
+from command_line import code_of, refused
+
+
+def test_the_room_it_writes_can_be_opened(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    assert code_of("init", path) == 0
+    out, err = capsys.readouterr()
+    assert out == f"{path} is written; open it with: armspan run {path}\n"
+    assert err == ""
+    room = read_room(path)
+    assert [robot.name for robot in room.robots] == ["amber", "birch", "cobalt"]
+    assert open_house(room).world is not None
+
+
+def test_without_a_name_it_is_room_toml(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert code_of("init") == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["room.toml"]
+
+
+def test_what_it_calls_defaults_are_the_defaults():
+    raw = tomllib.loads(ROOM)
+    assert Limits(**raw["limits"]) == Limits()
+    assert SelectionSettings(**raw["selection"]) == SelectionSettings()
+
+
+def test_what_is_commented_out_can_be_commented_in(tmp_path):
+    path = tmp_path / "room.toml"
+    lines = []
+    for line in ROOM.splitlines():
+        table = line.startswith(("# [", "# kind = \"simulated\"\n")) or ("# " in line[:2] and " = " in line)
+        sentence = line.endswith((".", ",", "or")) or "kind = " in line and "(" in line or "with log" in line
+        lines.append(line[2:] if table and not sentence else line)
+    path.write_text("\n".join(lines), encoding="utf-8")
+    room = read_room(path)
+    assert [band.segment for band in room.bands] == ["forearm", "upperarm"]
+    assert room.body["eye_height_m"] == 1.60
+
+
+def test_an_existing_file_is_kept(tmp_path, capsys):
+    path = tmp_path / "room.toml"
+    path.write_text("mine")
+    assert f"{path} exists and is kept" in refused(capsys, tmp_path, "init", path)
+    assert "exists and is kept" in refused(capsys, tmp_path, "init", tmp_path)
+    assert "cannot be written: No such file" in refused(capsys, tmp_path, "init", tmp_path / "no" / "room.toml")
+    assert "cannot be written: Not a directory" in refused(capsys, tmp_path, "init", path / "room.toml")
+    assert "unrecognized arguments: more" in refused(capsys, tmp_path, "init", path, "more").replace(
+        "armspan init", "armspan"
+    )
+
+
+def test_every_top_level_key_of_the_file_exists():
+    assert set(tomllib.loads(ROOM)) <= set(RoomFile.__struct_fields__)
