@@ -1,7 +1,8 @@
 """The demo over many seeds: pointing error, selection, calibration error and how honest the stated odds are.
 
 Simulated: virtual person, bands and robots. Run: python benchmarks/demo.py --seeds 100 [--first 0] [--jobs 2]
-Prints Markdown tables; --json FILE keeps one line a session, --figure FILE draws the reliability diagram.
+Prints Markdown tables; --json FILE gets one line a session as they end, --read FILE reports on such lines
+without running anything, --figure FILE draws the reliability diagram.
 """
 
 import argparse
@@ -88,20 +89,31 @@ def main():
     parser.add_argument("--cases", nargs="*", default=[f"{a}{b}" for a, b in CASES])
     parser.add_argument("--json", type=Path)
     parser.add_argument("--figure", type=Path)
+    parser.add_argument("--read", type=Path, nargs="*")
     args = parser.parse_args()
     cases = [(a, b) for a, b in CASES if f"{a}{b}" in args.cases]
-    jobs = [(a, b, seed) for a, b in cases for seed in range(args.first, args.first + args.seeds)]
-    sessions = []
-    with ProcessPoolExecutor(args.jobs) as pool:
-        for number, found in enumerate(pool.map(session, jobs), 1):
-            sessions.append(found)
-            print(f"\r{number}/{len(jobs)}", end="", file=sys.stderr)
-    print(file=sys.stderr)
-    if args.json:
-        args.json.write_text("\n".join(json.dumps(s) for s in sessions))
+    jobs = [(a, b, seed) for seed in range(args.first, args.first + args.seeds) for a, b in cases]
+    if args.read:
+        sessions = [json.loads(line) for path in args.read for line in path.read_text().splitlines()]
+        cases = [case for case in CASES if any((s["arm"], s["bands"]) == case for s in sessions)]
+    else:
+        sessions = run(jobs, args.jobs, args.json)
     report(cases, sessions)
     if args.figure:
         draw(args.figure, cases, sessions)
+
+
+def run(jobs, processes, keep):
+    sessions = []
+    with ProcessPoolExecutor(processes) as pool:
+        for number, found in enumerate(pool.map(session, jobs), 1):
+            sessions.append(found)
+            print(f"\r{number}/{len(jobs)}", end="", file=sys.stderr)
+            if keep:
+                with keep.open("a") as file:
+                    file.write(json.dumps(found) + "\n")
+    print(file=sys.stderr)
+    return sessions
 
 
 def report(cases, sessions):

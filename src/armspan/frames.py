@@ -101,13 +101,15 @@ def sheet_from_user(xyz: Vec3 | Array, yaw: float, *, z_up: bool = False) -> Tra
 def rotation_from_quaternion(wxyz: Quaternion | ArrayLike) -> Array:
     """Rotation matrices (..., 3, 3) of unit quaternions (..., 4), scalar first, active."""
     q = np.asarray(wxyz, dtype=float)
-    w, x, y, z = q[..., 0], q[..., 1], q[..., 2], q[..., 3]
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    w, x, y, z = q.transpose(-1, *range(q.ndim - 1))  # of one quaternion these are numbers, and fast
+    rows = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    return np.ascontiguousarray(rows.transpose(*range(2, rows.ndim), 0, 1))
 
 
 def plane_hit(origins: ArrayLike, directions: ArrayLike, z: float | ArrayLike) -> Array:

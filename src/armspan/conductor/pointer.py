@@ -1,5 +1,6 @@
 """From the arm to what is pointed at: ray, spot, posterior, choice."""
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -149,9 +150,9 @@ def steered_by_cursor(spot: Spot, seconds: float, states: Mapping[str, RobotStat
     The user adds what the lights tell to the aim; the longer it was seen, the more. So the information about
     the target is that of the open-loop ray, and a growing share of that of the cursor.
     """
-    here = np.asarray(spot.xy)
-    away = min((float(np.hypot(*(here - state.xy))) for state in states.values()), default=np.inf)
-    seen = 1.0 - float(np.exp(-max(0.0, seconds) / CORRECTING))
+    here, ray = np.asarray(spot.xy).tolist(), np.asarray(spot.covariance)
+    away = min((math.dist(here, state.xy) for state in states.values()), default=math.inf)
+    seen = 1.0 - math.exp(-max(0.0, seconds) / CORRECTING)
     told = seen / (CURSOR + CURSOR_SHARE * away) ** 2
-    covariance = np.linalg.inv(np.linalg.inv(np.asarray(spot.covariance)) + told * np.eye(2))
+    covariance = np.linalg.solve(np.eye(2) + told * ray, ray)  # of the two informations' sum
     return Spot(spot.xy, np.asarray(covariance, dtype=float))

@@ -7,6 +7,7 @@ selection updates with the angle between the ray and the thing chosen.
 """
 
 import dataclasses
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -154,7 +155,7 @@ class Place:
 
 def _tangent(direction: Array) -> Array:
     """Two unit vectors (2, 3) across a direction: to its left and upward."""
-    left = np.array([-direction[1], direction[0], 0.0])
-    length = float(np.sqrt(left @ left))
-    left = left / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
-    return np.stack([left, np.cross(direction, left)])
+    x, y, z = direction.tolist()
+    length = math.hypot(x, y)
+    a, b = (-y / length, x / length) if length > 1e-9 else (0.0, 1.0)
+    return np.array([[a, b, 0.0], [-z * b, z * a, x * b - y * a]])

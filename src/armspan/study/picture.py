@@ -16,6 +16,13 @@ from armspan.study.account import Account
 from armspan.study.trials import CHI2_90, TrialResult, zone_middle
 
 _INK = "#222222"
+_LEGEND = (
+    "sheet coordinates [mm]; the user stands below · ellipse: 90 % of where the target should be",
+    "green: right, red: wrong, blue: undecided",
+)
+_PANEL, _MARGIN = 6.4, 0.14
+"""A panel's width [inch], and what stays free round the sheet as a share of its height."""
+
 _RIGHT, _WRONG, _OPEN = "#1b7837", "#b2182b", "#4575b4"
 
 
@@ -25,8 +32,8 @@ def draw(path: Path, records: Iterable[Record], found: Account, sheet: Sheet, zo
     panels = [(flag, title) for flag, title in groups if any(t.feedback == flag for t in found.trials)]
     panels = panels or [(False, "no trials")]
     paths = _paths(records)
-    with mpl.rc_context({"font.size": 9}):
-        figure = Figure(figsize=(6.4 * len(panels), 5.4), layout="constrained")
+    with mpl.rc_context({"font.size": 9, "text.parse_math": False}):  # a name may hold dollars
+        figure = Figure(figsize=(_PANEL * len(panels), _height(sheet)), layout="constrained")
         FigureCanvasAgg(figure)
         for number, (flag, title) in enumerate(panels, 1):
             axes = figure.add_subplot(1, len(panels), number)
@@ -35,12 +42,15 @@ def draw(path: Path, records: Iterable[Record], found: Account, sheet: Sheet, zo
                 if trial.feedback == flag:
                     _trial(axes, trial)
             axes.set_title(f"{title}\n{_words(found, flag)}")
-        figure.supxlabel(
-            "sheet coordinates [mm]; the user stands below · ellipse: 90 % of where the target should be · "
-            "green: right, red: wrong, blue: undecided",
-            fontsize=8,
-        )
+        figure.supxlabel(("\n" if len(panels) == 1 else " · ").join(_LEGEND), fontsize=8)
         figure.savefig(path, dpi=110, format="png", metadata={"Software": "armspan"})
+
+
+def _height(sheet: Sheet) -> float:
+    """The figure's height [inch] at which a panel of the sheet's own shape leaves room for what is written round it."""
+    margin = 2 * _MARGIN * sheet.height_m
+    shape = (sheet.height_m + margin) / (sheet.width_m + margin)
+    return min(10.0, round((_PANEL - 0.7) * shape + 1.3, 1))
 
 
 def _words(found: Account, flag: bool) -> str:
@@ -73,7 +83,7 @@ def _sheet(axes: Axes, sheet: Sheet, zones: Sequence[Zone], paths: dict[str, Arr
         axes.plot(*xy.T, color=f"C{number}", lw=1, alpha=0.6, zorder=2)
         axes.plot(*xy[-1], marker="h", ms=13, color=f"C{number}", zorder=3)
         axes.annotate(name, xy[-1], xytext=(0, 11), textcoords="offset points", ha="center", color=f"C{number}")
-    margin = 0.14 * height
+    margin = _MARGIN * height
     axes.set_xlim(-margin, width + margin)
     axes.set_ylim(height + margin, -margin)  # y grows downwards, as printed
     axes.set_aspect("equal")
