@@ -14,7 +14,9 @@ from command_line import code_of, contents, fresh, refused
 def demo(tmp_path_factory):
     """A short demo in a process of its own: its folder and what it printed."""
     folder = tmp_path_factory.mktemp("demo")
-    process = fresh("-m", "armspan", "demo", "--headless", "--seconds", "52", "--log", "new/a.mcap", "--json", cwd=folder)
+    process = fresh(
+        "-m", "armspan", "demo", "--headless", "--seconds", "52", "--log", "new/a.mcap", "--json", cwd=folder
+    )
     out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
     return folder, json.loads(out), err

@@ -19,7 +19,7 @@ def printed(capsys, *words):
 
 def test_help_lists_each_verb_with_a_line(capsys):
     out = printed(capsys, "--help")
-    verbs = re.findall(r"^    (\w+) +(\S.{10,})$", out, re.MULTILINE)
+    verbs = re.findall(r"^    (\w+)\s+(\S.{10,})$", out, re.MULTILINE)
     assert [name for name, _ in verbs] == list(VERBS)
 
 

@@ -1,3 +1,4 @@
+import re
 import tomllib
 
 from armspan.cli.init import ROOM
@@ -33,12 +34,8 @@ def test_what_it_calls_defaults_are_the_defaults():
 
 def test_what_is_commented_out_can_be_commented_in(tmp_path):
     path = tmp_path / "room.toml"
-    lines = []
-    for line in ROOM.splitlines():
-        table = line.startswith(("# [", "# kind = \"simulated\"\n")) or ("# " in line[:2] and " = " in line)
-        sentence = line.endswith((".", ",", "or")) or "kind = " in line and "(" in line or "with log" in line
-        lines.append(line[2:] if table and not sentence else line)
-    path.write_text("\n".join(lines), encoding="utf-8")
+    setting = r"^# (\[\[?\w+\]?\]|\w+ = (?:\"\w+\"|[\d.]+|\[[^\]]*\]))$"
+    path.write_text(re.sub(setting, r"\1", ROOM, flags=re.MULTILINE), encoding="utf-8")
     room = read_room(path)
     assert [band.segment for band in room.bands] == ["forearm", "upperarm"]
     assert room.body["eye_height_m"] == 1.60
@@ -51,9 +48,7 @@ def test_an_existing_file_is_kept(tmp_path, capsys):
     assert "exists and is kept" in refused(capsys, tmp_path, "init", tmp_path)
     assert "cannot be written: No such file" in refused(capsys, tmp_path, "init", tmp_path / "no" / "room.toml")
     assert "cannot be written: Not a directory" in refused(capsys, tmp_path, "init", path / "room.toml")
-    assert "unrecognized arguments: more" in refused(capsys, tmp_path, "init", path, "more").replace(
-        "armspan init", "armspan"
-    )
+    assert "unrecognized arguments: more" in refused(capsys, tmp_path, "init", path, "more")
 
 
 def test_every_top_level_key_of_the_file_exists():

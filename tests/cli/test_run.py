@@ -113,7 +113,7 @@ OUTSIDE = [{"name": "far", "polygon_m": [[0.5, 0.1], [0.61, 0.1], [0.5, 0.3]]}]
     ("change", "told"),
     [
         ({"colour": "red"}, "at the top of the file: object contains unknown field `colour`"),
-        ({"bands": [BANDS[0] | {"rate": 50}]}, "at bands[...]: object contains unknown field `rate`"),
+        ({"bands": [BANDS[0] | {"rate": 50}]}, "at bands[0]: object contains unknown field `rate`"),
         ({"zones": CROSSED}, "zone 'bow' crosses itself"),
         ({"zones": OUTSIDE}, "zone 'far' reaches outside the sheet of 0.6 x 0.45 m"),
         ({"robots": [ROBOTS[0], ROBOTS[0]]}, "robot 'ash' is named twice"),

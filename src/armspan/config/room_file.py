@@ -200,6 +200,13 @@ def _check(room: RoomFile) -> None:
     for size, name in ((room.sheet.width_m, "width_m"), (room.sheet.height_m, "height_m")):
         if not 0.05 <= size <= 20:
             raise ConfigError(f"sheet.{name} is {size}; expected metres between 0.05 and 20")
+    for name, height, most in (
+        ("table_height_m", room.table_height_m or 0.0, 2.0),
+        ("simulation.table_height_m", room.simulation.table_height_m, 2.0),
+        ("light_height_m", room.light_height_m, 0.5),
+    ):
+        if not 0 <= height <= most:
+            raise ConfigError(f"{name} is {height}; expected metres between 0 and {most:g}")
     for zone in room.zones:
         _check_zone(zone, room.sheet)
     for stop in room.stops_m:

@@ -18,7 +18,7 @@ from armspan.study.trials import CHI2_90, TrialResult, zone_middle
 _INK = "#222222"
 _LEGEND = (
     "sheet coordinates [mm]; the user stands below · ellipse: 90 % of where the target should be",
-    "green: right, red: wrong, blue: undecided",
+    "+ right, x wrong, o undecided",
 )
 _PANEL, _MARGIN = 6.4, 0.14
 """A panel's width [inch], and what stays free round the sheet as a share of its height."""

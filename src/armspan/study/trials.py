@@ -2,7 +2,7 @@
 
 A trial begins with a press ``trial`` that names its target (``robot:NAME`` or ``zone:NAME``) and ends with
 the next press of that name. Its spot is where the user pointed when something was chosen, else the mean over
-the last half second. The target's place is a robot's own pose or a zone's middle.
+the last half second. The target's place is a robot's own pose at that moment or a zone's middle.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -71,6 +71,7 @@ class _Open:
     target: str
     pointed: list[Pointed] = field(default_factory=list)
     selected: Selected | None = None
+    place: tuple[Vec2, float] | None = None
 
 
 class TrialReader:
@@ -110,13 +111,13 @@ class TrialReader:
         if self._open is None or self._open.selected is not None:
             self.unasked += 1
             return
-        self._open.selected = record
+        self._open.selected, self._open.place = record, self._place(self._open.target)
 
     def _close(self, t: float) -> None:
         if self._open is None:
             return
         trial, self._open = self._open, None
-        xy, z = self._place(trial.target)
+        xy, z = trial.place or self._place(trial.target)
         spot, covariance = _spot(trial)
         miss = None if spot is None else float(np.hypot(spot[0] - xy[0], spot[1] - xy[1]))
         angle = None if spot is None or self._eye is None else _angle(self._eye, spot, xy, z)
