@@ -56,6 +56,11 @@ class Attitude:
         w, x, y, z = self._filter.getQuat6D().tolist()
         return (w, x, y, z)
 
+    @property
+    def integrates(self) -> bool:
+        """Whether samples come without a quaternion of the band's own."""
+        return self._filter is not None
+
     def _integrate(self, sample: ImuSample) -> None:
         gyr, acc = np.array(sample.gyr, dtype=float), np.array(sample.acc, dtype=float)
         gap = sample.t - self.t

@@ -45,6 +45,11 @@ class Band:
         """Whether the band has been silent for too long."""
         return t - self.heard > STALE
 
+    @property
+    def raw(self) -> bool:
+        """Whether the band sends raw samples only, so that its gyroscope's offset must be found here."""
+        return self.attitude.integrates
+
     def quaternion(self) -> Quaternion | None:
         """``earth_from_sensor`` now."""
         return self.attitude.quaternion

@@ -21,6 +21,9 @@ from armspan.swarm.errands import Errands
 
 _PATIENCE = 12.0
 _REST = 0.002
+RESTED = 4.0
+"""Seconds of rest in which VQF finds a raw gyroscope's offset: without, the heading drifts by 2 to 19 deg/min."""
+
 HANGING: Array = np.array([0.0, 0.0, -1.0])
 
 
@@ -28,6 +31,7 @@ class Step(Enum):
     """Where the set-up stands."""
 
     IDLE = "idle"
+    REST = "rest"
     STRETCH = "stretch"
     HANG = "hang"
     DRIVE = "drive"
@@ -70,6 +74,13 @@ class SetUp:
                     "trouble",
                 )
             ]
+        if any(band.raw for band in self.arm.bands):
+            asked = self._ask(t, Step.REST, "Rest your arm on your lap or the table, quite still", "rest")
+            self._holds = {band.settings.name: Hold(needed=RESTED) for band in self.arm.bands}
+            return asked
+        return self._ask_to_stretch(t)
+
+    def _ask_to_stretch(self, t: float) -> list[Output]:
         return self._ask(
             t, Step.STRETCH, "Stretch your arm straight forward, level, palm down, and hold still", "stretch"
         )
@@ -81,6 +92,7 @@ class SetUp:
     def tick(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
         """Take what the arm and the robots do at ``t`` [s]; the last step gives `Calibrated`."""
         steps: dict[Step, Callable[[float, Mapping[str, RobotState]], list[Output]]] = {
+            Step.REST: self._rest_first,
             Step.STRETCH: self._stretch,
             Step.HANG: self._hang,
             Step.DRIVE: self._drive,
@@ -107,6 +119,7 @@ class SetUp:
         if cue == "band":
             return [Say(t, text, "")]
         again = {
+            Step.REST: ("Rest your arm where it can lie quite still", "rest"),
             Step.STRETCH: ("Stretch your arm straight forward and hold it still", "stretch"),
             Step.HANG: ("Let your arm hang straight down and hold it still", "hang"),
             Step.DRIVE: (f"{self.robot} does not reach its stop: is it on the sheet, and the way free?", ""),
@@ -122,6 +135,9 @@ class SetUp:
             hold = self._holds[band.settings.name]
             done.append(quaternion is not None and hold.add(t, quaternion, self.arm.moving or t < self.asked + 0.8))
         return all(done)
+
+    def _rest_first(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
+        return self._ask_to_stretch(t) if self._held(t) else []
 
     def _stretch(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
         if not self._held(t):
