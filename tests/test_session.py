@@ -170,3 +170,10 @@ def test_of_several_motions_the_last_wins_and_a_stop_leads():
     old, new = GoTo(0.0, "a", (0.1, 0.1), 0.1, 0.3), Drive(0.0, "a", (0.1, 0.0), 0.0, 0.3)
     other, light, stop = GoTo(0.0, "b", (0.2, 0.2), 0.1, 0.3), Light(0.0, "a", (1, 2, 3)), Stop(0.0)
     assert latest([old, light, other, new, Say(0.0, "x"), stop]) == [stop, light, other, new]
+
+
+def test_a_radio_that_fails_at_the_end_still_leaves_the_stop_on_record():
+    records = []
+    with pytest.raises(OSError, match="radio gone"):
+        play(of(Tick(0.05)), swarm=Swarm(fails_on=(Stop,)), sinks=[records.append])
+    assert records[-1] == Stop(0.05, None, "quit")

@@ -123,9 +123,11 @@ class Session:
 
     async def _end(self) -> None:
         """Stop the robots first, whatever happened, then put it on record."""
-        await self.swarm.send(Stop(self._t, None, "quit"))
         self._waiting.clear()
-        await self._decide(Press(self._t, "quit"))
+        try:
+            await self.swarm.send(Stop(self._t, None, "quit"))
+        finally:
+            await self._decide(Press(self._t, "quit"))
 
 
 def latest(outputs: Sequence[Record]) -> list[Command]:
