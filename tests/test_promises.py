@@ -34,7 +34,7 @@ def test_a_log_replays_to_itself(kind):
 
 def test_a_log_that_was_cut_replays_as_far_as_it_goes(tmp_path):
     whole, path = played(*KINDS[1]), tmp_path / "cut.mcap"
-    for share in np.linspace(0.3, 0.999, 6):
+    for share in (0.3, 0.7, 0.999):
         path.write_bytes(whole.data[: int(share * len(whole.data))])
         log = read(path)
         count = len(log.records)
@@ -68,9 +68,8 @@ def test_a_changed_decision_and_a_changed_event_are_found():
     assert first_difference(replace(log, records=moved), settings) is not None
 
 
-@pytest.mark.parametrize("kind", KINDS[:2], ids=str)
-def test_one_seed_is_one_session_byte_for_byte(kind):
-    assert play_anew(*kind).data == played(*kind).data
+def test_one_seed_is_one_session_byte_for_byte():
+    assert play_anew(*KINDS[1]).data == played(*KINDS[1]).data
 
 
 def test_another_seed_is_another_session():

@@ -10,20 +10,17 @@ from armspan.records import Press, Selected, Stop
 from command_line import code_of, contents, fresh, refused
 
 
-@pytest.fixture(scope="module")
-def demo(tmp_path_factory):
-    """A short demo in a process of its own: its folder and what it printed."""
-    folder = tmp_path_factory.mktemp("demo")
+def test_json_tells_what_the_log_holds(tmp_path):
     process = fresh(
-        "-m", "armspan", "demo", "--headless", "--seconds", "52", "--log", "new/a.mcap", "--json", cwd=folder
+        "-m", "armspan", "demo", "--headless", "--seconds", "52", "--log", "new/a.mcap", "--json", cwd=tmp_path
     )
     out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
-    return folder, json.loads(out), err
-
-
-def test_json_tells_what_the_log_holds(demo):
-    folder, document, _ = demo
+    document = json.loads(out)
+    assert err == ""
+    assert [path.name for path in contents(tmp_path)] == ["new", "a.mcap", "a.png"]
+    assert document["picture"] == "new/a.png"
+    assert (tmp_path / "new" / "a.png").read_bytes().startswith(b"\x89PNG")
     assert document["simulated"] is True
     assert (document["seed"], document["arm"], document["bands"]) == (1, "straight", 1)
     assert document["calibration"]["found"] is True
@@ -31,7 +28,7 @@ def test_json_tells_what_the_log_holds(demo):
     assert 0 < document["calibration"]["sheet_rms_mm"] < 500
     assert document["safety"]["violations"] == 0
     assert document["safety"]["least_gap_mm"] > 5
-    log = read(folder / document["log"])
+    log = read(tmp_path / document["log"])
     trials = [r for r in log.records if isinstance(r, Press) and r.name == "trial" and not r.value]
     assert document["selection"]["shown"] == len(trials) >= 1
     chosen = sum(isinstance(r, Selected) for r in log.records)
@@ -39,14 +36,6 @@ def test_json_tells_what_the_log_holds(demo):
     assert 0 < document["step_us"]["p50"] <= document["step_us"]["p99"]
     assert log.complete
     assert log.records[-1].t == pytest.approx(52.0)
-
-
-def test_it_writes_a_log_and_a_picture_and_nothing_else(demo):
-    folder, document, err = demo
-    assert err == ""
-    assert [path.name for path in contents(folder)] == ["new", "a.mcap", "a.png"]
-    assert document["picture"] == "new/a.png"
-    assert (folder / "new" / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_by_default_the_log_has_the_date_and_a_person_reads_a_table(tmp_path, monkeypatch, capsys):

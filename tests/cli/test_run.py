@@ -2,8 +2,10 @@ import json
 
 import pytest
 
+from armspan.devices.simulated import SimulatedSwarm
 from armspan.log import read
-from armspan.records import GoTo, ImuSample, RobotState, Tick
+from armspan.records import GoTo, ImuSample, Press, RobotState, Stop, Tick
+from armspan.swarm.errands import Errands
 from command_line import code_of, refused, toml, written_room
 from small_rooms import ROOM, played
 
@@ -85,6 +87,30 @@ def test_a_cut_log_is_replayed_and_told(tmp_path, capsys):
     new = read(tmp_path / "a.mcap").records[:-2]
     assert new == played().log.records[: len(new)]
     assert len(new) >= count
+
+
+def test_a_behaviour_that_fails_stops_the_robots_and_closes_the_log(tmp_path, monkeypatch):
+    sent, send = [], SimulatedSwarm.send
+
+    def fail(errands, t, states):
+        if t > 1.0:
+            raise RuntimeError("a mistake in a behaviour")
+        return []
+
+    async def spy(swarm, command):
+        sent.append(command)
+        await send(swarm, command)
+
+    monkeypatch.setattr(Errands, "step", fail)
+    monkeypatch.setattr(SimulatedSwarm, "send", spy)
+    room = written_room(tmp_path / "room.toml", ROOM)
+    with pytest.raises(RuntimeError, match="a mistake in a behaviour"):
+        code_of("run", room, "--pace", "fast", "--log", tmp_path / "a.mcap")
+    assert sent[-1] == Stop(sent[-1].t, None, "quit")
+    log = read(tmp_path / "a.mcap")
+    assert log.complete
+    assert log.records[-2:] == [Press(sent[-1].t, "quit"), sent[-1]]
+    assert 1.0 < sent[-1].t < 1.2
 
 
 def refused_room(capsys, folder, room, *more):

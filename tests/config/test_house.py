@@ -52,7 +52,7 @@ def test_the_header_holds_the_settings_and_no_wall_clock():
 
 def test_a_stature_out_of_range():
     person = ROOM["simulation"]["person"] | {"stature_m": 180.0}
-    with pytest.raises(ConfigError, match="stature 180 m: expected 1.2 to 2.3 m"):
+    with pytest.raises(ConfigError, match=r"stature 180 m: expected 1\.2 to 2.3 m"):
         open_house(small_room(simulation={"person": person}))
 
 

@@ -1,3 +1,5 @@
+import json
+
 import pytest
 
 from armspan.records import Body, Calibrated, Pointed, Press, RobotState, Selected, Sheet, Tick
@@ -49,3 +51,8 @@ def test_the_picture_is_a_png_even_of_nothing(tmp_path, records):
     data = path.read_bytes()
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     assert int.from_bytes(data[16:20]) > 500
+
+
+@pytest.mark.parametrize("records", [SESSION, []])
+def test_it_is_plain_json(records):
+    json.dumps(told(records).document(), allow_nan=False)

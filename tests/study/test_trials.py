@@ -115,3 +115,20 @@ def test_a_robot_is_where_it_was_when_it_was_chosen():
         Press(2.2, "trial", ""),
     )
     assert trial.miss == pytest.approx(0.01)
+
+
+@pytest.mark.parametrize(
+    ("off", "inside"), [((21.4, 0), True), ((21.6, 0), False), ((0, 42.7), True), ((0, 43), False)]
+)
+def test_the_ellipse_of_90_percent(off, inside):
+    # 90 % of normal spots lie within sqrt(-2 ln 0.1) = 2.146 standard deviations: here of 10 mm in x, 20 mm in y.
+    spot = (0.3 + off[0] / 1000, 0.3 + off[1] / 1000)
+    flat = Pointed(2.0, "wrist", spot, ((1e-4, 0.0), (0.0, 4e-4)))
+    (trial,), _ = read(Press(1.0, "trial", "zone:garden"), flat, Press(3.0, "trial", ""))
+    assert trial.inside_90 is inside
+
+
+def test_the_middle_of_a_bent_zone_is_its_areas_not_its_corners():
+    corners = ((0, 0), (2, 0), (2, 1), (1, 1), (1, 2), (0, 2))  # three unit squares
+    for order in (corners, corners[::-1]):
+        assert zone_middle(Zone("L", order)) == pytest.approx((2.5 / 3, 2.5 / 3))

@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from armspan.records import RobotState
+from armspan.records import RobotState, Sheet
 from armspan.swarm.errands import Errands
 from armspan.swarm.limits import Limits
 
 
 def drive(start, goal, others=(), seconds=20.0):
     """An ideal robot that always reaches the goal it was sent last, at 0.15 m/s; its path (n, 2)."""
-    errands, here, aim = Errands(Limits()), np.array(start), np.array(start)
+    errands, here, aim = Errands(Limits(), Sheet(0.9, 0.6)), np.array(start), np.array(start)
     errands.send("a", goal)
     path = [here.copy()]
     for k in range(int(seconds * 20)):
@@ -41,7 +41,7 @@ def test_a_robot_in_the_way_is_driven_round():
 
 
 def test_ten_commands_a_second_and_none_without_errands():
-    errands = Errands(Limits())
+    errands = Errands(Limits(), Sheet(0.9, 0.6))
     errands.send("a", (0.5, 0.5))
     states = {"a": RobotState(0.0, "a", (0.1, 0.1), 0.0)}
     assert sum(len(errands.step(k / 20, states)) for k in range(20)) == 10

@@ -40,7 +40,7 @@ class Conductor:
         self.feedback = settings.feedback
         self.states: dict[str, RobotState] = {}
         self._arm = Arm.from_settings(settings.bands)
-        self._errands = Errands(settings.limits)
+        self._errands = Errands(settings.limits, settings.sheet)
         self._filter = SafetyFilter(settings.limits, settings.sheet)
         self._setup = SetUp(settings, self._arm, self._errands)
         self._lights = CursorLights(led_zero=settings.led_zero_deg * 0.017453292519943295)

@@ -13,7 +13,7 @@ from armspan.frames import Array
 from armspan.records import Vec2
 
 _HIGHEST = np.radians(40)
-_LOWEST = np.radians(-75)
+_LOWEST = np.radians(-84)
 _EDGE = 1e-6
 _SAME_DIRECTION = np.radians(2.5)
 
