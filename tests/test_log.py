@@ -230,7 +230,7 @@ def test_a_closed_log_takes_no_more_and_may_be_closed_again(fresh):
 
 def test_an_error_inside_the_session_still_ends_the_file_properly(fresh):
     path = fresh()
-    with pytest.raises(AttributeError):
+    with pytest.raises(TypeError, match="Struct"):
         written(path, [Tick(t=0.0), None])
     assert log.read(path).complete
     assert log.read(path).records == [Tick(t=0.0)]
