@@ -12,6 +12,8 @@ from armspan.swarm.paths import next_point
 REFRESH = 0.1
 """Seconds between two commands for a robot under way; a third of a lease."""
 
+_SPARE = 0.002  # so that the last filter has nothing to hold back
+
 ARRIVED = 0.006
 """Distance [m] at which a robot has arrived: Cellulo stops up to 2.5 mm short on each axis."""
 
@@ -58,7 +60,7 @@ class Errands:
         """A point within the lead, on the shortest way to the goal that keeps clear of the others."""
         here, limits = np.array(state.xy), self.limits
         others = np.array([s.xy for s in states.values() if s.robot != state.robot]).reshape(-1, 2)
-        clear = 2 * limits.body_radius_m + 2 * limits.gap_m
+        clear = 2 * limits.body_radius_m + limits.gap_m + _SPARE
         point = next_point(here, np.array(goal), others, self.sheet, limits.body_radius_m, clear)
         if point is None:
             return state.xy  # nowhere to go until somebody moves

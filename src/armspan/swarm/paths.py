@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import dijkstra
 from armspan.frames import Array
 from armspan.records import Sheet
 
-CELL = 0.02
+CELL = 0.015
 """Width [m] of the grid on which a way is looked for."""
 
 
@@ -58,7 +58,7 @@ def next_point(start: Array, goal: Array, others: Array, sheet: Sheet, margin: f
 def _entry(start: Array, points: Array, length: Array, others: Array, kept: Array) -> int | None:
     """The cell near ``start`` from which the way (lengths in cells) is shortest, among those in free sight."""
     away = np.linalg.norm(points - start, axis=1)
-    near = np.flatnonzero((away < 5 * CELL) & np.isfinite(length))
+    near = np.flatnonzero((away < 6 * CELL) & np.isfinite(length))
     for cell in near[np.argsort(away[near] / CELL + length[near], kind="stable")]:
         if is_free(start, points[cell], others, kept):
             return int(cell)
