@@ -204,3 +204,24 @@ def test_a_recorded_session_places_the_head(capsys):
     head = np.loadtxt(folder / "triangle_3_head.csv", delimiter=",", skiprows=1)[:, 1:3].mean(axis=0)
     assert np.linalg.norm(document["sheet_from_user"]["xyz_m"][:2] - head) < 0.35
     assert document["stops"] == []
+
+
+@pytest.mark.parametrize("scale", [100.0, 1000.0])
+def test_points_in_another_unit_are_noticed(tmp_path, capsys, scale):
+    """The example's pairs with points in centimetres or millimetres."""
+    examples = Path(__file__).parents[2] / "examples"
+    header, *rows = (examples / "pairs.csv").read_text().splitlines()
+    scaled = [
+        ",".join([*row.split(",")[:-3], *(f"{scale * float(v):.6g}" for v in row.split(",")[-3:])]) for row in rows
+    ]
+    path = tmp_path / "pairs.csv"
+    path.write_text("\n".join([header, *scaled]) + "\n")
+    assert main(["calibrate", str(path), "--body", str(examples / "body.toml"), "--json"]) == 2
+    assert "are x_m, y_m and z_m in metres" in capsys.readouterr().err
+
+
+def test_a_table_in_centimetres_is_refused(capsys):
+    examples = Path(__file__).parents[2] / "examples"
+    words = ["calibrate", str(examples / "pairs.csv"), "--body", str(examples / "body.toml"), "--table-height-m", "75"]
+    assert main(words) == 2
+    assert "expected metres between 0 and 3" in capsys.readouterr().err

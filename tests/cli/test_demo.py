@@ -43,7 +43,7 @@ def test_by_default_the_log_has_the_date_and_a_person_reads_a_table(tmp_path, mo
     for _ in range(2):
         assert code_of("demo", "--seconds", "2", "--seed", "3", "--bands", "2", "--arm", "natural") == 0
     out, err = capsys.readouterr()
-    assert "The demo, seed 3, natural arm, 2 band(s), simulated" in out
+    assert "The demo, seed 3, natural arm, two bands, simulated" in out
     assert "Calibration" in out
     assert "0 violations" in out
     assert "0.5 s  Stretch your arm straight forward" in err

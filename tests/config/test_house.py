@@ -113,11 +113,10 @@ def test_a_device_that_the_log_does_not_hold(tmp_path):
 
 def test_events_of_a_log_that_concern_a_room():
     log = played().log
-    room = parse_room(ROOM | {"robots": ROOM["robots"][:1]}).settings(Body(1.6, (0.0, 0.1, 0.2), 0.7))
     log.records.insert(0, Link(0.0, "wrist", True))
     try:
-        leading = events_of(room, log, leading=True)
-        behind = events_of(room, log, leading=False)
+        leading = events_of({"wrist", "ash"}, log, leading=True)
+        behind = events_of({"wrist", "ash"}, log, leading=False)
     finally:
         del log.records[0]
     assert {type(record) for record in leading} == {Link, ImuSample, RobotState, Tick, Press}
@@ -142,3 +141,26 @@ def test_every_error_here_is_one_of_armspans(tmp_path):
     for room in (replayed("none.mcap"), replayed("..")):
         with pytest.raises(ArmspanError):
             open_house(room, tmp_path)
+
+
+def test_a_log_stands_in_only_for_the_devices_that_name_it(tmp_path):
+    """A replayed band beside a virtual robot of a name that the log also knows: the log's robot stays out."""
+    (tmp_path / "old.mcap").write_bytes(played().data)
+    room = parse_room(
+        ROOM
+        | {
+            "bands": [{"kind": "replay", "name": "wrist", "log": "old.mcap"}],
+            "body": {
+                "eye_height_m": 1.6,
+                "shoulder_to_eye_m": [0.05, 0.15, 0.22],
+                "shoulder_to_fingertip_m": 0.72,
+            },
+        }
+    )
+    house = open_house(room, tmp_path)
+    assert house.replayed == {"old.mcap": {"wrist"}}
+    assert house.world is not None
+    assert not house.world.ended
+    assert "ash" in house.settings.robots
+    kept = events_of(house.replayed["old.mcap"], house.logs["old.mcap"], leading=False)
+    assert not any(isinstance(record, RobotState) for record in kept)

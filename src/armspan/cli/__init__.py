@@ -30,12 +30,17 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         print(f"armspan {args.verb}: {error}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        print(f"armspan {args.verb}: interrupted", file=sys.stderr)
-        return 130
     except BrokenPipeError:  # the reader of stdout has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:  # a full disk, a folder that may not be written
+        if args.debug:
+            raise
+        print(f"armspan {args.verb}: {error.filename or 'the output'}: {error.strerror or error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print(f"armspan {args.verb}: interrupted", file=sys.stderr)
+        return 130
 
 
 def _parsed(argv: Sequence[str] | None) -> argparse.Namespace:

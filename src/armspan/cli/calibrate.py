@@ -14,7 +14,7 @@ from rich.table import Table
 
 from armspan.config.body_file import read_body
 from armspan.config.recordings import Recording, read_pairs, read_rays
-from armspan.errors import CalibrationError, DataError
+from armspan.errors import CalibrationError, ConfigError, DataError
 from armspan.frames import Array, rotation_from_quaternion
 from armspan.pointing.calibration import METHODS, Fit, calibrate, quality
 from armspan.pointing.pairs import Pairs, moving_pairs, still_pairs
@@ -87,6 +87,10 @@ def _check_bands(path: Path, model: Model, rays: Recording | None) -> None:
 
 def _fit(args: argparse.Namespace, body: Body, recording: Recording, model: Model) -> tuple[Fit, float]:
     """The fit and the milliseconds it took, in a second run: the first one also pays for numpy's awakening."""
+    if args.table_height_m is not None and not 0.0 <= args.table_height_m <= 3.0:
+        raise ConfigError(
+            f"--table-height-m is {args.table_height_m:g}; expected metres between 0 and 3 above the user's floor"
+        )
     height = None if args.table_height_m is None else (args.table_height_m, TABLE_SD)
     priors = Priors(height, PITCH_SD if args.free_pitch else None, args.free_body)
     try:

@@ -75,7 +75,8 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(msgspec.json.encode(document).decode())
     else:
-        print_account(document, f"The demo, seed {args.seed}, {args.arm} arm, {args.bands} band(s), simulated")
+        worn = "one band" if args.bands == 1 else "two bands"
+        print_account(document, f"The demo, seed {args.seed}, {args.arm} arm, {worn}, simulated")
     return 0
 
 

@@ -4,7 +4,8 @@ import asyncio
 import datetime
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -27,9 +28,19 @@ def play(house: House, path: Path, *, live: bool, overwrite: bool = False, sinks
 
     """
     make_folder(path.parent)
-    with LogWriter(path, house.header, overwrite=overwrite or _empty(path)) as log:
+    with told_when_interrupted(path), LogWriter(path, house.header, overwrite=overwrite or _empty(path)) as log:
         session = asyncio.run(_play(house, live, [log, *sinks]))
     return session.counters
+
+
+@contextmanager
+def told_when_interrupted(path: Path) -> Iterator[None]:
+    """Say where the log is, and that the robots stand, when a session is broken off."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"the robots were stopped; the log is {path}", file=sys.stderr)
+        raise
 
 
 async def _play(house: House, live: bool, sinks: list[Sink]) -> Session:

@@ -47,7 +47,7 @@ def _calibration(found: dict[str, Any]) -> str:
         return "none"
     text = f"residual {found['rms_deg']:.1f}° over {found['pairs']} stops"
     if found.get("sheet_rms_mm") is not None:
-        text += f"; {found['sheet_rms_mm']:.0f} mm on the sheet from the eye's own line"
+        text += f" (taken as the eye's true line: {found['sheet_rms_mm']:.0f} mm; it absorbs this person's habits)"
     return text
 
 

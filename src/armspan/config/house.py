@@ -39,6 +39,7 @@ class House:
     settings: Settings
     world: World | None
     logs: dict[str, LogFile]
+    replayed: dict[str, set[str]]
     seconds: float | None = None
 
     @property
@@ -69,8 +70,8 @@ class House:
         makers: list[Callable[[Pace], Source]] = []
         if self.world is not None:
             makers.append(partial(simulated.source, self.world, seconds=self._world_seconds()))
-        for log in self.logs.values():
-            records = events_of(self.settings, log, leading=not makers)
+        for name, log in self.logs.items():
+            records = events_of(self.replayed[name], log, leading=not makers)
             makers.append(partial(replay.source, records, seconds=self.seconds))
         return makers
 
@@ -100,7 +101,7 @@ def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = No
     body = _body(room, person, rng)
     settings = room.settings(body)
     world = _world(room, settings, person, bands, robots, rng) if bands or robots else None
-    return House(settings, world, _logs(room, folder), seconds)
+    return House(settings, world, _logs(room, folder), replayed_devices(room), seconds)
 
 
 def _draw_person(wanted: SimulatedPerson, room: RoomFile, rng: np.random.Generator) -> Person:
@@ -181,13 +182,22 @@ def draw_trials(wanted: SimulatedPerson, settings: Settings, rng: np.random.Gene
 
 
 def _logs(room: RoomFile, folder: Path) -> dict[str, LogFile]:
-    wanted = [entry for entry in (*room.bands, *room.robots) if isinstance(entry, ReplayedBand | ReplayedRobot)]
-    logs = {name: read(folder / name) for name in dict.fromkeys(entry.log for entry in wanted)}
-    for entry in wanted:
-        known = _sources(logs[entry.log])
-        if entry.name not in known:
-            raise ConfigError(f"{entry.log}: {known_names('device', entry.name, known)}")
+    logs = {}
+    for name, devices in replayed_devices(room).items():
+        logs[name] = read(folder / name)
+        known = _sources(logs[name])
+        for device in sorted(devices - known):
+            raise ConfigError(f"{name}: {known_names('device', device, known)}")
     return logs
+
+
+def replayed_devices(room: RoomFile) -> dict[str, set[str]]:
+    """The names of the devices that each log of a room stands in for."""
+    devices: dict[str, set[str]] = {}
+    for entry in (*room.bands, *room.robots):
+        if isinstance(entry, ReplayedBand | ReplayedRobot):
+            devices.setdefault(entry.log, set()).add(entry.name)
+    return devices
 
 
 def _sources(log: LogFile) -> set[str]:
@@ -195,9 +205,8 @@ def _sources(log: LogFile) -> set[str]:
     return names | {record.robot for record in log.records if isinstance(record, RobotState)}
 
 
-def events_of(settings: Settings, log: LogFile, *, leading: bool) -> list[Record]:
-    """The events of a log that concern a room's devices; ticks and presses only where the log leads."""
-    names = {band.name for band in settings.bands} | set(settings.robots)
+def events_of(names: set[str], log: LogFile, *, leading: bool) -> list[Record]:
+    """The events of a log that come from the named devices; ticks and presses only where the log leads."""
     return [record for record in log.records if _concerns(record, names, leading)]
 
 

@@ -31,6 +31,10 @@ ABSURD = float(np.radians(25.0))
 """Residual [rad] of a fit that has nothing to do with its points: natural arms stay below 10 degrees."""
 
 
+FARTHEST = 20.0
+"""Distance [m] of a user from the points beyond which the numbers cannot be metres."""
+
+
 @dataclass(frozen=True, slots=True)
 class Noise:
     """Pointing noise per axis ``sigma`` [rad] assumed before any residual is seen, worth ``dof`` of them."""
@@ -123,6 +127,8 @@ def calibrate(
     found = Refined(place, np.asarray(told.sigma**2 * np.linalg.inv(told.curvature)), body, 0.0, problem)
     if priors:
         found = refine(found, pairs, model, told.sigma, priors, float((flip @ centre)[2]))
+    if method == "least-squares":
+        _check_reach(found.place)
     turn = flip @ yaw_rotation(found.place[3])
     xyz = centre - turn @ found.place[:3]
     covariance = _of_transform(found.covariance, turn, found.place)
@@ -234,6 +240,16 @@ def _stops(pairs: Pairs, residuals: Array, used: NDArray[np.bool_]) -> tuple[Sto
         return ()
     rows = zip(pairs.stops, residuals, pairs.counts, used, strict=True)
     return tuple(StopResidual(stop, float(angle), int(count), bool(kept)) for stop, angle, count, kept in rows)
+
+
+def _check_reach(place: Array) -> None:
+    """A user stands within `FARTHEST` of what is pointed at; (4,) is the points' centroid in ``user`` and the yaw."""
+    reach = float(np.linalg.norm(place[:3]))
+    if reach > FARTHEST:
+        raise CalibrationError(
+            f"The place found lies {reach:.0f} m from the points, where people stand within {FARTHEST:.0f}: are x_m, "
+            "y_m and z_m in metres, and the heights as they are?"
+        )
 
 
 def quality(fit: Fit) -> str:

@@ -69,8 +69,8 @@ class World:
 
     @property
     def ended(self) -> bool:
-        """Whether the script is through."""
-        return self.script.phase is Phase.DONE
+        """Whether the script is through; without a person there is none, and the robots go on."""
+        return self.person is not None and self.script.phase is Phase.DONE
 
     def take(self, record: Record) -> None:
         """Hear a record: a command for a robot, words or a choice for the person."""

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from armspan.errors import DataError
 from armspan.frames import Array, polygon_middle
 from armspan.records import (
     Calibrated,
@@ -75,11 +74,14 @@ class _Open:
 
 
 class TrialReader:
-    """Feeds on records in order and gathers trials; choices outside any trial are counted as ``unasked``."""
+    """Feeds on records in order and gathers trials.
+
+    Choices outside any trial are counted as ``unasked``, trials at what the room does not have as ``unknown``.
+    """
 
     def __init__(self, zones: Sequence[Zone], eye_height: float, light_height: float) -> None:
         self.results: list[TrialResult] = []
-        self.unasked = 0
+        self.unasked = self.unknown = 0
         self._middles = {zone.name: zone_middle(zone) for zone in zones}
         self._eye_height, self._light_height = eye_height, light_height
         self._states: dict[str, RobotState] = {}
@@ -117,7 +119,11 @@ class TrialReader:
         if self._open is None:
             return
         trial, self._open = self._open, None
-        xy, z = trial.place or self._place(trial.target)
+        place = trial.place or self._place(trial.target)
+        if place is None:
+            self.unknown += 1
+            return
+        xy, z = place
         spot, covariance = _spot(trial)
         miss = None if spot is None else float(np.hypot(spot[0] - xy[0], spot[1] - xy[1]))
         angle = None if spot is None or self._eye is None else _angle(self._eye, spot, xy, z)
@@ -140,13 +146,14 @@ class TrialReader:
             )
         )
 
-    def _place(self, target: str) -> tuple[Vec2, float]:
+    def _place(self, target: str) -> tuple[Vec2, float] | None:
+        """A target's place (2,) [m] and height [m] in ``sheet``, or None for one that this room does not have."""
         kind, _, name = target.partition(":")
         if kind == "robot" and name in self._states:
             return self._states[name].xy, -self._light_height
         if kind == "zone" and name in self._middles:
             return self._middles[name], 0.0
-        raise DataError(f"a trial asks for {target!r}, which is neither a robot heard of nor a zone of the room")
+        return None
 
 
 def read_trials(
