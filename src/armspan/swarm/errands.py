@@ -12,6 +12,7 @@ from armspan.swarm.paths import next_point
 REFRESH = 0.1
 """Seconds between two commands for a robot under way; a third of a lease."""
 
+_LEAST = 0.02  # a corner of the way is aimed past: Cellulo does not drive an axis that is nearer than 2.5 mm
 _SPARE = 0.002  # so that the last filter has nothing to hold back
 
 ARRIVED = 0.006
@@ -65,7 +66,9 @@ class Errands:
         if point is None:
             return state.xy  # nowhere to go until somebody moves
         way = point - here
-        step = here + way * min(1.0, limits.lead_m / max(float(np.linalg.norm(way)), 1e-9))
+        reach = max(float(np.linalg.norm(way)), 1e-9)
+        far = reach if np.array_equal(point, goal) else max(reach, _LEAST)
+        step = here + way / reach * min(far, limits.lead_m)
         return float(step[0]), float(step[1])
 
 
