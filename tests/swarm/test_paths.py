@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armspan.records import Sheet
-from armspan.swarm.paths import nearest_pass, next_point
+from armspan.swarm.paths import SLACK, nearest_pass, next_point
 
 SHEET, MARGIN, CLEAR = Sheet(0.9, 0.6), 0.045, 0.11
 
@@ -61,6 +61,6 @@ def test_a_way_keeps_clear_and_stays_on_the_sheet(start, goal, others):
         return
     ends = np.min([np.hypot(*(np.array(others) - end).T) for end in (start, goal)], axis=0)
     for a, b in pairwise(way):
-        assert (nearest_pass(a, b, np.array(others)) >= np.minimum(CLEAR, ends) - 1e-6).all()
+        assert (nearest_pass(a, b, np.array(others)) >= np.minimum(CLEAR, ends) - 2 * SLACK).all()
     assert way.min() >= MARGIN - 1e-9
     assert way[:, 0].max() <= 0.9 - MARGIN + 1e-9

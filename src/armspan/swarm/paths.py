@@ -11,6 +11,9 @@ from armspan.records import Sheet
 CELL = 0.015
 """Width [m] of the grid on which a way is looked for."""
 
+SLACK = 0.001
+"""How much nearer [m] than its ends a step between two cells may pass: a chord cuts a corner by half of this."""
+
 
 def nearest_pass(start: Array, end: Array, others: Array) -> Array:
     """Least distance (n,) [m] of each other (n, 2) to the segment from ``start`` to ``end`` (2,)."""
@@ -24,7 +27,7 @@ def is_free(start: Array, end: Array, others: Array, clear: float | Array) -> bo
     if len(others) == 0:
         return True
     kept = np.minimum(clear, np.linalg.norm(others - start, axis=1))
-    return bool((nearest_pass(start, end, others) >= kept - 1e-9).all())
+    return bool((nearest_pass(start, end, others) >= kept - SLACK).all())
 
 
 def next_point(start: Array, goal: Array, others: Array, sheet: Sheet, margin: float, clear: float) -> Array | None:
@@ -43,10 +46,11 @@ def next_point(start: Array, goal: Array, others: Array, sheet: Sheet, margin: f
     cells = np.stack(np.meshgrid(xs, ys, indexing="ij"), axis=-1)
     kept = np.minimum(kept, np.linalg.norm(others - start, axis=1))
     free = np.asarray((np.linalg.norm(cells[:, :, None] - others, axis=-1) >= kept).all(axis=-1), dtype=bool)
-    last = _cell_of(goal, xs, ys)
-    free.ravel()[last] = True
-    length, before = dijkstra(_neighbours(free), indices=last, return_predecessors=True)
     points = cells.reshape(-1, 2)
+    last = _exit(goal, points, free.ravel(), others, kept)
+    if last is None:
+        return None
+    length, before = dijkstra(_neighbours(free), indices=last, return_predecessors=True)
     at = _entry(start, points, length, others, kept)
     reached = None
     while at is not None and is_free(start, points[at], others, kept):
@@ -65,9 +69,14 @@ def _entry(start: Array, points: Array, length: Array, others: Array, kept: Arra
     return None
 
 
-def _cell_of(point: Array, xs: Array, ys: Array) -> int:
-    column, row = int(np.argmin(np.abs(xs - point[0]))), int(np.argmin(np.abs(ys - point[1])))
-    return column * len(ys) + row
+def _exit(goal: Array, points: Array, free: NDArray[np.bool_], others: Array, kept: Array) -> int | None:
+    """The free cell nearest to ``goal`` from which it is in free sight."""
+    away = np.linalg.norm(points - goal, axis=1)
+    near = np.flatnonzero((away < 6 * CELL) & free)
+    for cell in near[np.argsort(away[near], kind="stable")]:
+        if is_free(points[cell], goal, others, kept):
+            return int(cell)
+    return None
 
 
 def _neighbours(free: NDArray[np.bool_]) -> coo_array:
