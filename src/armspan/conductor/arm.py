@@ -83,6 +83,11 @@ class Arm:
         return list(self.by_name.values())
 
     @property
+    def wrists(self) -> dict[str, Band]:
+        """The bands on the wrists, as ``right`` and ``left``."""
+        return {}
+
+    @property
     def moving(self) -> bool:
         """Whether any part of the arm moved since the last tick."""
         return self.rate > MOVING

@@ -7,6 +7,7 @@ import msgspec
 from armspan.errors import ConfigError, known_names
 from armspan.pointing.selection import SelectionSettings
 from armspan.records import MODELS, Body, Model, Quaternion, Sheet, Vec2, Zone
+from armspan.swarm.behaviours import DICTIONARY
 from armspan.swarm.limits import Limits
 
 
@@ -26,6 +27,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A room as the conductor sees it; kept in the header of every log, so that a log replays by itself.
 
     ``posture`` is how users are asked to hold the arm; a natural arm bends, and a single band cannot see it.
+    ``gestures`` is the dictionary gesture -> behaviour; ``dice`` seeds behaviours that walk at random.
     """
 
     body: Body
@@ -42,6 +44,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     limits: Limits = Limits()
     selection: SelectionSettings = SelectionSettings()
     feedback: bool = False
+    gestures: dict[str, str] = msgspec.field(default_factory=DICTIONARY.copy)
+    dice: int = 0
 
     def __post_init__(self) -> None:
         _check_names("band", [band.name for band in self.bands])

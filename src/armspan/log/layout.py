@@ -11,6 +11,9 @@ from armspan.records import EVENTS, OUTPUTS, Record
 HEADER = "armspan"
 """Name of the Metadata record that holds a session's header."""
 
+MAGIC = b"\x89MCAP0\r\n"
+"""The first bytes of every log."""
+
 TOPICS = "/armspan/"
 """What the topics of all record types begin with."""
 
