@@ -1,15 +1,17 @@
 """What an ideal inertial sensor on a moving arm feels, by the kinematics of a rigid body."""
 
 from dataclasses import dataclass
-from typing import Literal, Protocol, TypeAlias
+from typing import Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from armspan.errors import DataError
 from armspan.frames import Array
 from armspan.simulation.figure import Pose
 
-Segment: TypeAlias = Literal["forearm", "upperarm"]
+Segment: TypeAlias = Literal["forearm", "upperarm", "other_forearm", "other_upperarm"]
+"""What a band is worn on; the other arm is the one that does not point."""
 
 GRAVITY = 9.80665
 _UP: Array = np.array([0.0, 0.0, GRAVITY])
@@ -22,6 +24,14 @@ class Wearer(Protocol):
 
     def pose(self, times: ArrayLike) -> Pose:
         """The joints at ``times`` (m,) [s]."""
+
+
+@runtime_checkable
+class TwoArmedWearer(Wearer, Protocol):
+    """Whoever has two arms."""
+
+    def other_pose(self, times: ArrayLike) -> Pose:
+        """As `pose`, with the joints of the other arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +53,14 @@ def motion(wearer: Wearer, segment: Segment, times: Array, segment_from_sensor: 
 
     The far end is the wrist or the elbow. Central differences of the sensor's own path, so that centripetal
     and tangential accelerations are in it; the error is of second order in `STEP`.
+
+    Raises:
+        DataError: where the segment is of an arm that the wearer does not have.
+
     """
     m = len(times)
-    pose = wearer.pose(np.concatenate([times - STEP, times, times + STEP]))
-    forearm = segment == "forearm"
+    pose = _worn_by(wearer, segment, np.concatenate([times - STEP, times, times + STEP]))
+    forearm = segment.endswith("forearm")
     end = pose.wrist if forearm else pose.elbow
     turns = pose.room_from_forearm if forearm else pose.room_from_upperarm
     place = end + turns @ lever
@@ -54,6 +68,14 @@ def motion(wearer: Wearer, segment: Segment, times: Array, segment_from_sensor: 
     room_from_sensor = turns[m : 2 * m] @ segment_from_sensor
     force = ((acceleration + _UP)[:, None] @ room_from_sensor)[:, 0]
     return Motion(force, _rate(turns[:m], turns[2 * m :]) @ segment_from_sensor, acceleration, room_from_sensor)
+
+
+def _worn_by(wearer: Wearer, segment: Segment, times: Array) -> Pose:
+    if not segment.startswith("other_"):
+        return wearer.pose(times)
+    if not isinstance(wearer, TwoArmedWearer):
+        raise DataError(f"a band on {segment!r} needs a person with two arms: make it a TwoArmedPerson")
+    return wearer.other_pose(times)
 
 
 def _rate(before: Array, after: Array) -> Array:

@@ -4,8 +4,6 @@ The frame is ``room``: z up, metres. Inside, everything is computed in the perso
 is the floor straight below the dominant eye of the upright person, x to the front, y left, z up.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,9 +12,8 @@ from armspan.frames import Array
 from armspan.records import Vec2
 from armspan.simulation.aiming import Aiming
 from armspan.simulation.anatomy import Person, measured_body, sideways
-from armspan.simulation.arm import tangents, unit
-from armspan.simulation.figure import FOREARM, Figure, Pose
-from armspan.simulation.movement import minimum_jerk
+from armspan.simulation.arm import tangents
+from armspan.simulation.figure import Figure, Pose
 from armspan.simulation.population import draw_person
 from armspan.simulation.posture import (
     AIM,
@@ -29,6 +26,7 @@ from armspan.simulation.posture import (
     stretched_arm,
     wavering,
 )
+from armspan.simulation.staging import Posture, Staging
 
 __all__ = ["Person", "Pose", "VirtualPerson", "draw_person", "measured_body"]
 
@@ -36,30 +34,11 @@ MEMORY = 1.0
 """How long [s] before the last plan a pose can still be asked for."""
 
 _REACTION = (0.25, 0.5)
-_REACH = (0.6, 1.0)
-_FAR = np.pi / 3.0
 _SUBMOVEMENT = 0.3
 _SEEING = 0.2
 
 # What is left of an arm's waver when no muscle holds it up, and when the hand is supported besides.
 _HANGING, _RESTING = 0.3, 0.1
-
-
-@dataclass(frozen=True, slots=True)
-class _Stage:
-    """A posture that the arm is taken to from ``start`` [s] on, in ``duration`` [s].
-
-    ``forearm`` (3,) is where the forearm then points, to tell how far the next movement goes.
-    """
-
-    posture: Held | Pointing
-    forearm: Array
-    start: float
-    duration: float
-
-    @property
-    def end(self) -> float:
-        return self.start + self.duration
 
 
 class VirtualPerson:
@@ -79,8 +58,7 @@ class VirtualPerson:
         self._figure = Figure(person, xy, facing)
         self._rng = rng
         self._waver = wavering(person.steadiness, rng)
-        hanging = self._hanging()
-        self._stages = [_Stage(hanging, self._forearm(hanging, start), start, 0.0)]
+        self._staging = Staging(self._hanging(), self._waver, start)
         self._aiming: Aiming | None = None
         self._planned, self._since, self._corrected = start, -np.inf, -np.inf
 
@@ -111,7 +89,7 @@ class VirtualPerson:
 
     def track(self, t: float, target: ArrayLike) -> None:
         """Follow the target, which moved a little, to (3,) [m]; the aim comes after with the person's lag."""
-        pointing = self._stages[-1].posture
+        pointing = self._staging.posture
         if self._aiming is None or not isinstance(pointing, Pointing):
             self.point(t, target)
             return
@@ -126,7 +104,7 @@ class VirtualPerson:
         ``t`` is when the eye has told the hand, about 0.2 s after the cursor was there. Whoever is still
         reaching, or has not yet seen what the last correction did, or finds the offset small, does nothing.
         """
-        pointing, settled = self._stages[-1].posture, self._stages[-1].end + _SEEING
+        pointing, settled = self._staging.posture, self._staging.end + _SEEING
         if not isinstance(pointing, Pointing) or t < max(settled, self._corrected + _SUBMOVEMENT + _SEEING):
             return
         self._plan(t)
@@ -137,48 +115,29 @@ class VirtualPerson:
 
     def pose(self, times: ArrayLike) -> Pose:
         """All joints in the room at ``times`` (m,) [s], twice continuously differentiable in time."""
+        at = self._kept(times)
+        waver = self._waver.at(at)
+        return self._figure.pose(self._staging.at(at, waver), waver[SWAY])
+
+    def _kept(self, times: ArrayLike) -> Array:
         at = np.asarray(times, dtype=float)
         if at.min() < self._since:
             raise DataError(
                 f"pose at {at.min():.3f} s: the person's plan is kept from {self._since:.3f} s on, "
                 f"{MEMORY:g} s before what was told last; ask for poses in order of time"
             )
-        waver = self._waver.at(at)
-        return self._figure.pose(self._posture(at, waver), waver[SWAY])
-
-    def _posture(self, times: Array, waver: Array) -> Array:
-        # Each stage adds its share of the way from the one before, so that an early change of mind blends.
-        first, last = times.min(), times.max()
-        done = max(i for i, stage in enumerate(self._stages) if i == 0 or stage.end <= first)
-        posture = before = self._stages[done].posture.at(times, waver)
-        for stage in self._stages[done + 1 :]:
-            if stage.start >= last:
-                break
-            after = stage.posture.at(times, waver)
-            posture = posture + minimum_jerk((times - stage.start) / stage.duration) * (after - before)
-            before = after
-        return posture
+        return at
 
     def _plan(self, t: float) -> None:
         if t < self._planned:
             raise DataError(f"the person is told something at {t:g} s, but was told at {self._planned:g} s before")
         self._planned, self._since = t, max(self._since, t - MEMORY)
-        while len(self._stages) > 1 and self._stages[1].end <= self._since:
-            del self._stages[0]
-        for stage in self._stages:
-            if isinstance(stage.posture, Pointing):
-                stage.posture.intent.forget(self._since)
+        for posture in self._staging.forget(self._since):
+            if isinstance(posture, Pointing):
+                posture.intent.forget(self._since)
 
-    def _begin(self, t: float, posture: Held | Pointing) -> None:
-        start = max(t + float(self._rng.uniform(*_REACTION)), self._stages[-1].start)
-        forearm = self._forearm(posture, t)
-        angle = float(np.arccos(np.clip(forearm @ self._stages[-1].forearm, -1.0, 1.0)))
-        duration = _REACH[0] + min(1.0, angle / _FAR) * (_REACH[1] - _REACH[0])
-        self._stages.append(_Stage(posture, forearm, start, duration))
-
-    def _forearm(self, posture: Held | Pointing, t: float) -> Array:
-        now = np.array([t])
-        return np.asarray(unit(posture.at(now, self._waver.at(now))[FOREARM])[:, 0])
+    def _begin(self, t: float, posture: Posture) -> None:
+        self._staging.begin(t, posture, t + float(self._rng.uniform(*_REACTION)))
 
     def _hanging(self) -> Held:
         setup = self.person.setup

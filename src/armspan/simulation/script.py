@@ -40,6 +40,7 @@ class Phase(Enum):
     SET_UP = "set up"
     POINT = "point"
     REST = "rest"
+    PERFORM = "perform"
     DONE = "done"
 
 

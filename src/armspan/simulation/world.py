@@ -13,10 +13,12 @@ import numpy as np
 from armspan.frames import polygon_middle
 from armspan.records import COMMANDS, Calibrated, Event, Press, Record, Say, Selected, Tick, Vec2, Zone
 from armspan.simulation.bands import VirtualBand
+from armspan.simulation.gesture_script import Agenda
 from armspan.simulation.person import VirtualPerson
 from armspan.simulation.reading import Array, read_cursor
 from armspan.simulation.robots import VirtualRobots
-from armspan.simulation.script import Phase, Script, Target
+from armspan.simulation.script import Phase, Target
+from armspan.simulation.second_arm import TwoArmedPerson
 
 TICK = 0.05
 EYE_DELAY = 0.2
@@ -25,6 +27,7 @@ EYE_DELAY = 0.2
 _BETWEEN = 0.65
 _FIRST = 1.35
 _WORTH = 0.02
+_BOTH_ARMS = ("gesture", "everyday", "relax")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +51,7 @@ class World:
         bands: Sequence[VirtualBand],
         robots: VirtualRobots,
         zones: Mapping[str, Vec2],
-        script: Script,
+        script: Agenda,
         rng: np.random.Generator,
         *,
         table_height: float = 0.75,
@@ -66,6 +69,7 @@ class World:
         self._corrected = 0.0
         self._heading: float | None = None
         self.truth: Truth | None = None
+        self._told = 0
 
     @property
     def ended(self) -> bool:
@@ -92,7 +96,7 @@ class World:
         return events
 
     def _step(self, t: float) -> list[Event]:
-        presses = self.script.step(t)
+        presses = self._true_gestures(t) + self.script.step(t)
         for cue in self.script.cues:
             self._act(t, cue)
         self.script.cues.clear()
@@ -126,11 +130,31 @@ class World:
             self.person.hang(t)
         elif verb == "rest":
             self.person.rest(t)
+        elif isinstance(self.person, TwoArmedPerson) and verb in _BOTH_ARMS:
+            _move_both(self.person, t, verb, thing)
         elif verb == "point":
             self._target = Target(thing if ":" in thing else f"robot:{thing}")
             self._last_seen = self._place(self._target)
             self._corrected = t + _FIRST - _BETWEEN
             self.person.point(t, self._last_seen)
+
+    def _true_gestures(self, t: float) -> list[Press]:
+        """Notes of what was truly performed: ``truth`` with its label when it began, with nothing when it ended.
+
+        The script hears them as soon as they are due; they belong to nobody whose guesses are to be scored.
+        """
+        performed = self.person.performed if isinstance(self.person, TwoArmedPerson) else []
+        presses: list[Press] = []
+        while self._told < 2 * len(performed):
+            gesture, ended = performed[self._told // 2], self._told % 2 == 1
+            at = gesture.end if ended else gesture.start
+            if at > t:
+                break
+            presses.append(Press(at, "truth", "" if ended else gesture.label))
+            self._told += 1
+        for press in presses:
+            self.script.hear(press)
+        return presses
 
     def _place(self, target: Target) -> Array:
         """Where in the room (3,) [m] a person points to mean a target: a robot's light, a zone's middle."""
@@ -176,6 +200,15 @@ class World:
             return None
         eye = person.pose(np.array([self._now])).eye[0]
         return Truth((float(eye[0]), -float(eye[1]), self.table_height), self._heading, float(eye[2]))
+
+
+def _move_both(person: TwoArmedPerson, t: float, verb: str, thing: str) -> None:
+    if verb == "gesture":
+        person.perform(t, thing)
+    elif verb == "everyday":
+        person.everyday(t, float(thing))
+    else:
+        person.relax(t)
 
 
 def zone_middles(zones: Sequence[Zone]) -> dict[str, Vec2]:
