@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +15,21 @@ from armspan.cli.report import print_account
 from armspan.cli.run import positive
 from armspan.config.demo_room import demo_room
 from armspan.config.house import House, open_house
-from armspan.errors import ConfigError
+from armspan.config.model_files import read_model
+from armspan.config.room_file import RoomFile
+from armspan.errors import ConfigError, ModelError, known_names
+from armspan.gesture.takes import INITIAL
 from armspan.log import LogFile
 from armspan.ports import Sink
+from armspan.records import Record
+from armspan.simulation.gesture_styles import LABELS
 from armspan.study.account import Account
+from armspan.study.gestures import gestures_of
 from armspan.study.picture import draw
 from armspan.study.sheet_error import sheet_errors, sheet_rms
+from armspan.swarm.behaviours import STOP
+
+EVERYDAY = "everyday:12"
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -42,6 +52,15 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--seconds", type=positive, metavar="S", help="end after S seconds of session time")
     parser.add_argument("--arm", choices=("straight", "natural"), default="straight", help="how the arm is held")
     parser.add_argument("--bands", type=int, choices=(1, 2), default=1, help="a second one sits on the upper arm")
+    parser.add_argument(
+        "--gestures",
+        type=Path,
+        metavar="MODEL",
+        help="a model of `armspan train`: after pointing, the person makes its gestures, a band on either wrist",
+    )
+    parser.add_argument(
+        "--trials", type=count, default=20, metavar="N", help="targets to point at; default: %(default)s"
+    )
     parser.add_argument("--log", type=Path, metavar="FILE", help="default: sessions/DATE_demo.mcap")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="a PNG; default: beside the log")
     parser.add_argument("--overwrite", action="store_true", help="replace the log and the picture if they exist")
@@ -56,9 +75,42 @@ def seed(text: str) -> int:
     return int(text)
 
 
+def count(text: str) -> int:
+    """A whole number from 1, for argparse."""
+    if not text.isdecimal() or not int(text):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 1")
+    return int(text)
+
+
+def room_of(args: argparse.Namespace) -> RoomFile:
+    """The demo's room, with gestures where a model is named."""
+    if args.gestures is None:
+        return demo_room(args.seed, posture=args.arm, bands=args.bands, trials=args.trials)
+    labels = read_model(args.gestures).facts.labels
+    strange = [label for label in labels if label not in LABELS]
+    if strange:
+        known = known_names("A gesture", strange[0], LABELS)
+        raise ModelError(f"{args.gestures}: the virtual person cannot make all its gestures; {known}")
+    programme = gesture_programme(labels)
+    return demo_room(
+        args.seed,
+        posture=args.arm,
+        bands=args.bands,
+        trials=args.trials,
+        model=str(args.gestures.absolute()),
+        gestures=programme,
+    )
+
+
+def gesture_programme(labels: Sequence[str]) -> tuple[str, ...]:
+    """Each gesture once, everyday motion between them; ``stop`` comes last, since robots stay stopped after it."""
+    order = sorted((label for label in labels if label != INITIAL), key=lambda label: (label == STOP, label))
+    return tuple(item for label in order for item in (label, EVERYDAY))
+
+
 def run(args: argparse.Namespace) -> int:
     """Play the demo and show what it showed."""
-    house = open_house(demo_room(args.seed, posture=args.arm, bands=args.bands), seconds=args.seconds)
+    house = open_house(room_of(args), seconds=args.seconds)
     path = args.log or fresh_name("demo")
     picture = args.picture or path.with_suffix(".png")
     _check_picture(picture, path, args.overwrite)
@@ -70,7 +122,7 @@ def run(args: argparse.Namespace) -> int:
     log, found = read_account(path, house)
     _draw(picture, log, found, house)
     document = _document(
-        args, house, found, {"step_us": step_times(counters), "log": str(path), "picture": str(picture)}
+        args, house, found, log.records, {"step_us": step_times(counters), "log": str(path), "picture": str(picture)}
     )
     if args.json:
         print(msgspec.json.encode(document).decode())
@@ -98,11 +150,15 @@ def _draw(picture: Path, log: LogFile, found: Account, house: House) -> None:
         raise ConfigError(f"{picture} cannot be written ({error.strerror}); the log is whole: {log.path}") from None
 
 
-def _document(args: argparse.Namespace, house: House, found: Account, more: dict[str, Any]) -> dict[str, Any]:
+def _document(
+    args: argparse.Namespace, house: House, found: Account, records: Sequence[Record], more: dict[str, Any]
+) -> dict[str, Any]:
     document = found.document()
     calibration = document["calibration"]
     if isinstance(calibration, dict):
         calibration["sheet_rms_mm"] = _against_truth(house, found)
+    if house.model is not None:
+        document["gestures"] = gestures_of(records).document()
     setting = {"seed": args.seed, "arm": args.arm, "bands": args.bands, "simulated": True}
     return {**setting, **document, **more}
 

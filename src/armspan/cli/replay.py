@@ -8,7 +8,9 @@ from pathlib import Path
 import msgspec
 
 from armspan.conductor import Conductor, Settings
+from armspan.config.model_files import from_header
 from armspan.errors import ConfigError, LogError
+from armspan.gesture.model import GestureModel
 from armspan.log import LogFile, read
 from armspan.records import EVENTS, Record
 
@@ -33,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     settings = settings_of(log)
     if args.check:
         return _check(log, settings, args.json)
-    for output in decisions(log.records, settings):
+    for output in decisions(log.records, settings, from_header(log.header)):
         print(msgspec.json.encode(output).decode() if args.json else output)
     return 0
 
@@ -60,9 +62,9 @@ def settings_of(log: LogFile) -> Settings:
         ) from None
 
 
-def decisions(records: list[Record], settings: Settings) -> Iterator[Record]:
+def decisions(records: list[Record], settings: Settings, model: GestureModel | None = None) -> Iterator[Record]:
     """What a new conductor decides for the events among records."""
-    conductor = Conductor(settings)
+    conductor = Conductor(settings, model)
     for record in records:
         if isinstance(record, EVENTS):
             yield from conductor.step(record)  # type: ignore[arg-type]
@@ -74,7 +76,7 @@ def first_difference(log: LogFile, settings: Settings) -> tuple[int, Record | No
     A log that was cut may lack the last event's decisions; that is no difference.
     """
     logged = [record for record in log.records if not isinstance(record, EVENTS)]
-    replayed = list(decisions(log.records, settings))
+    replayed = list(decisions(log.records, settings, from_header(log.header)))
     for number, (old, new) in enumerate(zip(logged, replayed, strict=False)):
         if old != new:
             return number, old, new

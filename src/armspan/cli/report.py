@@ -34,6 +34,8 @@ def _rows(document: dict[str, Any]) -> list[tuple[str, str]]:
                 f"{selection['unasked']} unasked",
             )
         )
+    if "gestures" in document:
+        rows.append(("Gestures", _gestures(document["gestures"])))
     rows.append(("Safety", _safety(document["safety"])))
     step = document.get("step_us", {})
     if step.get("p50") is not None:
@@ -58,6 +60,15 @@ def _pointing(part: dict[str, Any]) -> str:
         f"median {part['median_mm']:.0f} mm ({part['median_deg']:.1f}°), 90 % within {part['p90_mm']:.0f} mm; "
         f"{part['right']} of {part['trials']} right, {part['median_s']:.1f} s each"
     )
+
+
+def _gestures(found: dict[str, Any]) -> str:
+    score = found["score"]
+    if score is None:
+        return f"{found['recognised']} recognised"
+    text = f"{score['hits']} of {score['gestures']} recognised, {score['substitutions']} taken for another"
+    text += f", {score['insertions'] + score['duplicates']} that were not made"
+    return text + (f"; {score['latency_s'][0]:.1f} s after the onset (median)" if score["latency_s"] else "")
 
 
 def _safety(safety: dict[str, Any]) -> str:

@@ -1,9 +1,10 @@
-"""The pointing arm as its bands feel it, between two ticks."""
+"""The arms as their bands feel them, between two ticks."""
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from armspan import records
 from armspan.conductor.settings import BandSettings
 from armspan.frames import Array
 from armspan.orientation import MOVING, Attitude, Mount
@@ -64,18 +65,27 @@ class Band:
 
 @dataclass(slots=True)
 class Arm:
-    """The pointing arm: the band on the forearm, and the one on the upper arm where there is one."""
+    """The pointing arm: the band on the forearm, the one on the upper arm where there is one, and the other arm's.
+
+    ``by_name`` are all bands, ``pointing`` those of the arm that points, ``wrists`` those on wrists, as ``right`` and
+    ``left``.
+    """
 
     forearm: Band
     upperarm: Band | None = None
     by_name: dict[str, Band] = field(default_factory=dict)
+    pointing: dict[str, Band] = field(default_factory=dict)
+    wrists: dict[str, Band] = field(default_factory=dict)
 
     @classmethod
-    def from_settings(cls, settings: tuple[BandSettings, ...]) -> "Arm":
-        """The bands of a room."""
+    def from_settings(cls, settings: tuple[BandSettings, ...], points: records.Arm = "right") -> "Arm":
+        """The bands of a room whose user points with this arm."""
         bands = [Band.from_settings(band) for band in settings]
-        on = {band.settings.segment: band for band in bands}
-        return cls(on["forearm"], on.get("upperarm"), {band.settings.name: band for band in bands})
+        pointing = [band for band in bands if (band.settings.arm or points) == points]
+        on = {band.settings.segment: band for band in pointing}
+        wrists: dict[str, Band] = {str(band.settings.arm or points): band for band in bands if band.settings.segment == "forearm"}
+        named = {band.settings.name: band for band in bands}
+        return cls(on["forearm"], on.get("upperarm"), named, {b.settings.name: b for b in pointing}, wrists)
 
     @property
     def bands(self) -> list[Band]:
@@ -83,20 +93,29 @@ class Arm:
         return list(self.by_name.values())
 
     @property
-    def wrists(self) -> dict[str, Band]:
-        """The bands on the wrists, as ``right`` and ``left``."""
-        return {}
+    def both(self) -> bool:
+        """Whether there is a band on either wrist."""
+        return len(self.wrists) == 2
 
     @property
     def moving(self) -> bool:
-        """Whether any part of the arm moved since the last tick."""
+        """Whether any part of the pointing arm moved since the last tick."""
         return self.rate > MOVING
 
     @property
+    def any_moving(self) -> bool:
+        """Whether any part of any arm moved since the last tick."""
+        return max(band.rate for band in self.bands) > MOVING
+
+    @property
     def rate(self) -> float:
-        """The fastest rate [rad/s] of any part since the last tick."""
-        return max(band.rate for band in self.bands)
+        """The fastest rate [rad/s] of any part of the pointing arm since the last tick."""
+        return max(band.rate for band in self.pointing.values())
 
     def silent(self, t: float) -> list[str]:
-        """Names of the bands that are silent."""
+        """Names of the pointing arm's bands that are silent."""
+        return [name for name, band in self.pointing.items() if band.stale(t)]
+
+    def any_silent(self, t: float) -> list[str]:
+        """Names of all bands that are silent."""
         return [name for name, band in self.by_name.items() if band.stale(t)]

@@ -47,7 +47,7 @@ class Conductor:
         self.settings = settings
         self.feedback = settings.feedback
         self.states: dict[str, RobotState] = {}
-        self._arm = Arm.from_settings(settings.bands)
+        self._arm = Arm.from_settings(settings.bands, settings.body.arm)
         self._errands = Errands(settings.limits, settings.sheet)
         self._filter = SafetyFilter(settings.limits, settings.sheet)
         self._setup = SetUp(settings, self._arm, self._errands)

@@ -49,7 +49,7 @@ class Pointer:
         self.settings, self.arm, self.place, self.rays = settings, arm, place, rays
         self.dwell = Dwell(settings.selection)
         self._zones = Candidates.on_sheet(settings.sheet, settings.zones)
-        self._smooth = {name: SmoothRotation() for name in arm.by_name}
+        self._smooth = {name: SmoothRotation() for name in arm.pointing}
         self._aim: Aim | None = None
         self._reached = 0.0
 
@@ -103,7 +103,7 @@ class Pointer:
 
     def _ray(self, t: float) -> tuple[Array, Array] | None:
         attitudes: dict[str, Array] = {}
-        for name, band in self.arm.by_name.items():
+        for name, band in self.arm.pointing.items():
             attitude = band.in_user()
             if attitude is None:
                 return None

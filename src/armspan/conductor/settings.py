@@ -6,14 +6,15 @@ import msgspec
 
 from armspan.errors import ConfigError, known_names
 from armspan.pointing.selection import SelectionSettings
-from armspan.records import MODELS, Body, Model, Quaternion, Sheet, Vec2, Zone
+from armspan.records import MODELS, Arm, Body, Model, Quaternion, Sheet, Vec2, Zone
 from armspan.swarm.behaviours import DICTIONARY
 from armspan.swarm.limits import Limits
 
 
 class BandSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A band: its name, the segment it sits on, and its mounting where that is known.
+    """A band: its name, the segment and arm it sits on, and its mounting where that is known.
 
+    ``arm`` is the pointing arm where not told; a band on the other arm's wrist serves gestures.
     ``wrist_from_sensor`` (w, x, y, z) leaves out the hanging pose of the set-up.
     """
 
@@ -21,6 +22,7 @@ class BandSettings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     segment: Literal["forearm", "upperarm"] = "forearm"
     rate_hz: float = 100.0
     wrist_from_sensor: Quaternion | None = None
+    arm: Arm | None = None
 
 
 class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -53,7 +55,12 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         _check_names("zone", [zone.name for zone in self.zones])
         if self.model is not None and self.model not in MODELS:
             raise ConfigError(known_names("Model", self.model, MODELS))
-        segments = [band.segment for band in self.bands]
+        segments = [band.segment for band in self.bands if (band.arm or self.body.arm) == self.body.arm]
+        others = [band.segment for band in self.bands if (band.arm or self.body.arm) != self.body.arm]
+        if others not in ([], ["forearm"]):
+            raise ConfigError(
+                f"bands on the other arm sit on {', '.join(others)}; gestures need one there, on the forearm"
+            )
         if segments.count("forearm") != 1 or segments.count("upperarm") > 1:
             raise ConfigError(
                 f"bands sit on {', '.join(segments) or 'nothing'}; pointing needs one band on the forearm and at "

@@ -61,6 +61,10 @@ class SetUp:
         """The robot that drives to the stops: the first of the room."""
         return self.settings.robots[0]
 
+    @property
+    def _arms(self) -> str:
+        return "both arms" if self.arm.both else "your arm"
+
     def begin(self, t: float) -> list[Output]:
         """Start, or start again."""
         self._stop, self._pairs, self._home = 0, [], None
@@ -75,14 +79,14 @@ class SetUp:
                 )
             ]
         if any(band.raw for band in self.arm.bands):
-            asked = self._ask(t, Step.REST, "Rest your arm on your lap or the table, quite still", "rest")
+            asked = self._ask(t, Step.REST, f"Rest {self._arms} on your lap or the table, quite still", "rest")
             self._holds = {band.settings.name: Hold(needed=RESTED) for band in self.arm.bands}
             return asked
         return self._ask_to_stretch(t)
 
     def _ask_to_stretch(self, t: float) -> list[Output]:
         return self._ask(
-            t, Step.STRETCH, "Stretch your arm straight forward, level, palm down, and hold still", "stretch"
+            t, Step.STRETCH, f"Stretch {self._arms} straight forward, level, palm down, and hold still", "stretch"
         )
 
     def cancel(self) -> None:
@@ -100,7 +104,7 @@ class SetUp:
         }
         if self.step not in steps:
             return []
-        silent = self.arm.silent(t)
+        silent = self.arm.any_silent(t)
         if silent:
             return self._remind(t, f"Nothing is heard of {' and '.join(silent)}: is the band on and near?", "band")
         outputs = steps[self.step](t, states)
@@ -119,9 +123,9 @@ class SetUp:
         if cue == "band":
             return [Say(t, text, "")]
         again = {
-            Step.REST: ("Rest your arm where it can lie quite still", "rest"),
-            Step.STRETCH: ("Stretch your arm straight forward and hold it still", "stretch"),
-            Step.HANG: ("Let your arm hang straight down and hold it still", "hang"),
+            Step.REST: (f"Rest {self._arms} on something, quite still", "rest"),
+            Step.STRETCH: (f"Stretch {self._arms} straight forward and hold still", "stretch"),
+            Step.HANG: (f"Let {self._arms} hang straight down and hold still", "hang"),
             Step.DRIVE: (f"{self.robot} does not reach its stop: is it on the sheet, and the way free?", ""),
             Step.POINT: (f"Point at the light of {self.robot} and hold still", f"point:{self.robot}"),
         }
@@ -133,7 +137,7 @@ class SetUp:
         for band in self.arm.bands:
             quaternion = band.quaternion()
             hold = self._holds[band.settings.name]
-            done.append(quaternion is not None and hold.add(t, quaternion, self.arm.moving or t < self.asked + 0.8))
+            done.append(quaternion is not None and hold.add(t, quaternion, self.arm.any_moving or t < self.asked + 0.8))
         return all(done)
 
     def _rest_first(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
@@ -145,7 +149,7 @@ class SetUp:
         self._forward = {name: hold.rotations() for name, hold in self._holds.items()}
         if all(band.settings.wrist_from_sensor for band in self.arm.bands):
             return self._mount(t, states, None)
-        return self._ask(t, Step.HANG, "Now let your arm hang straight down, and hold still", "hang")
+        return self._ask(t, Step.HANG, f"Now let {self._arms} hang straight down, and hold still", "hang")
 
     def _hang(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
         if not self._held(t):

@@ -1,11 +1,14 @@
 """The demo's room: a table, four robots, four zones, one virtual person; drawn anew for every seed."""
 
 import math
-from typing import Literal
+from collections.abc import Sequence
+from typing import Literal, TypeAlias
 
+import msgspec
 import numpy as np
 
 from armspan.config.room_file import (
+    GestureEntry,
     RoomFile,
     SimulatedBand,
     SimulatedPerson,
@@ -13,7 +16,9 @@ from armspan.config.room_file import (
     Simulation,
     ZoneEntry,
 )
-from armspan.records import Sheet, Vec2
+from armspan.records import Arm, Sheet, Vec2
+
+Posture: TypeAlias = Literal["straight", "natural"]
 
 SHEET = Sheet(0.9, 0.6)
 ZONES = ("garden", "harbour", "market", "tower")
@@ -27,12 +32,18 @@ _STOP_LANE = 0.15
 def demo_room(
     seed: int,
     *,
-    posture: Literal["straight", "natural"] = "straight",
+    posture: Posture = "straight",
     bands: int = 1,
     trials: int = 20,
     feedback: Literal["off", "on", "both"] = "both",
+    model: str | None = None,
+    gestures: tuple[str, ...] = (),
 ) -> RoomFile:
-    """A room for the demo: robots stand 10 cm apart or more, from each other and from the zones' rims."""
+    """A room for the demo: robots stand 10 cm apart or more, from each other and from the zones' rims.
+
+    With the file of a gesture ``model`` there is a band on the other wrist too, and after the trials the person makes
+    ``gestures``.
+    """
     rng = np.random.default_rng([seed, 1])
     places = _places(rng, len(ROBOTS), len(ZONES))
     robots = tuple(
@@ -43,11 +54,13 @@ def demo_room(
     worn: list[SimulatedBand] = [SimulatedBand("wrist")]
     if bands == 2:
         worn.append(SimulatedBand("upperarm", "upperarm"))
+    if model is not None:
+        worn.append(SimulatedBand("other", arm="left"))
     at = (
         float(SHEET.width_m / 2 + rng.uniform(-0.15, 0.15)),
         float(SHEET.height_m + rng.uniform(0.15, 0.35)),
     )
-    person = SimulatedPerson(at, float(rng.uniform(-15, 15)), trials=trials, feedback=feedback)
+    person = SimulatedPerson(at, float(rng.uniform(-15, 15)), trials=trials, feedback=feedback, gestures=gestures)
     return RoomFile(
         sheet=SHEET,
         bands=tuple(worn),
@@ -55,8 +68,16 @@ def demo_room(
         zones=zones,
         posture=posture,
         table_height_m=round(TABLE + float(rng.normal(0.0, 0.005)), 3),  # what a tape says
+        gestures=GestureEntry(model),
         simulation=Simulation(seed, TABLE, person),
     )
+
+
+def gesture_room(seed: int, *, bands: Sequence[Arm] = ("right", "left"), posture: Posture = "straight") -> RoomFile:
+    """The demo's room as it serves for recording gestures: the same person, a band on either wrist, one robot."""
+    room = demo_room(seed, posture=posture, trials=0, feedback="off")
+    worn = tuple(SimulatedBand(arm, arm=arm) for arm in bands)
+    return msgspec.structs.replace(room, bands=worn, robots=room.robots[:1])
 
 
 def _places(rng: np.random.Generator, robots: int, zones: int) -> list[Vec2]:

@@ -11,6 +11,7 @@ import numpy as np
 from armspan import __version__
 from armspan.conductor import Conductor, Settings
 from armspan.config.body_file import body_from_table
+from armspan.config.model_files import in_header, read_model
 from armspan.config.room_file import (
     ReplayedBand,
     ReplayedRobot,
@@ -21,14 +22,17 @@ from armspan.config.room_file import (
 )
 from armspan.devices import replay, simulated
 from armspan.errors import ConfigError, known_names
+from armspan.gesture.model import GestureModel
 from armspan.log import LogFile, read
 from armspan.ports import Pace, Sink, Source, Swarm
 from armspan.records import COMMANDS, EVENTS, Body, ImuSample, Press, Record, RobotState, Tick
 from armspan.session import FastPace, LivePace, Session
 from armspan.simulation.bands import VirtualBand, draw_band
+from armspan.simulation.gesture_script import Agenda, Programme
 from armspan.simulation.person import Person, VirtualPerson, draw_person, measured_body
 from armspan.simulation.robots import Plant, VirtualRobots
 from armspan.simulation.script import Script, Target, Trial
+from armspan.simulation.second_arm import TwoArmedPerson
 from armspan.simulation.world import World, zone_middles
 
 
@@ -41,17 +45,23 @@ class House:
     logs: dict[str, LogFile]
     replayed: dict[str, set[str]]
     seconds: float | None = None
+    model: GestureModel | None = None
 
     @property
     def header(self) -> dict[str, object]:
         """What a log keeps of the room; epoch 0, since simulated and replayed time starts at zero."""
-        return {"armspan": __version__, "epoch_ns": 0, "settings": msgspec.to_builtins(self.settings)}
+        header: dict[str, object] = {
+            "armspan": __version__,
+            "epoch_ns": 0,
+            "settings": msgspec.to_builtins(self.settings),
+        }
+        return header | (in_header(self.model) if self.model is not None else {})
 
     def session(self, sinks: Sequence[Sink]) -> Session:
         """The session of this house; the world hears everything too."""
         swarm: Swarm = simulated.SimulatedSwarm(self.world) if self.world else replay.NoSwarm()
         heard: list[Sink] = [self._hear] if self.world else []
-        return Session(Conductor(self.settings), swarm, [*sinks, *heard])
+        return Session(Conductor(self.settings, self.model), swarm, [*sinks, *heard])
 
     async def run(self, session: Session, *, live: bool) -> None:
         """Open all doors together and go on until every source has ended."""
@@ -92,6 +102,7 @@ def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = No
     Raises:
         ConfigError: when the room asks for what cannot be had.
         LogError: when a replayed log cannot be read.
+        ModelError: when the gesture model cannot be read.
 
     """
     rng = np.random.default_rng(room.simulation.seed)
@@ -101,7 +112,8 @@ def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = No
     body = _body(room, person, rng)
     settings = room.settings(body)
     world = _world(room, settings, person, bands, robots, rng) if bands or robots else None
-    return House(settings, world, _logs(room, folder), replayed_devices(room), seconds)
+    model = read_model(folder / room.gestures.model) if room.gestures.model else None
+    return House(settings, world, _logs(room, folder), replayed_devices(room), seconds, model)
 
 
 def _draw_person(wanted: SimulatedPerson, room: RoomFile, rng: np.random.Generator) -> Person:
@@ -145,8 +157,14 @@ def _world(
     if person is not None:
         x, y = wanted.at_m
         facing = np.pi / 2 + np.radians(wanted.facing_deg)
-        someone = VirtualPerson(person, (x, -y), float(facing), rng)
-    worn = [VirtualBand(band.name, band.segment, draw_band(rng, fusion=band.fusion), rng) for band in bands]
+        both = any(_on_other_arm(band, settings) for band in bands)
+        arms = np.random.default_rng([room.simulation.seed, 2])
+        someone = (
+            TwoArmedPerson(person, (x, -y), float(facing), rng, arms)
+            if both
+            else VirtualPerson(person, (x, -y), float(facing), rng)
+        )
+    worn = [_worn(band, settings, rng, room.simulation.seed) for band in bands]
     driven = VirtualRobots(
         tuple(robot.name for robot in robots),
         np.array([robot.start_m for robot in robots], dtype=float).reshape(-1, 2),
@@ -155,7 +173,9 @@ def _world(
         rng,
         Plant(),
     )
-    script = Script(draw_trials(wanted, settings, rng) if someone else ())
+    script: Agenda = Script(draw_trials(wanted, settings, rng) if someone else ())
+    if wanted.gestures and isinstance(script, Script):
+        script = Programme(script, wanted.gestures)
     return World(
         someone,
         worn,
@@ -166,6 +186,18 @@ def _world(
         table_height=room.simulation.table_height_m,
         light_height=room.light_height_m,
     )
+
+
+def _on_other_arm(band: SimulatedBand, settings: Settings) -> bool:
+    return (band.arm or settings.body.arm) != settings.body.arm
+
+
+def _worn(band: SimulatedBand, settings: Settings, rng: np.random.Generator, seed: int) -> VirtualBand:
+    """A virtual band; the other arm's has dice of its own, so that what the pointing arm feels is the same without."""
+    if not _on_other_arm(band, settings):
+        return VirtualBand(band.name, band.segment, draw_band(rng, fusion=band.fusion), rng)
+    own = np.random.default_rng([seed, 3])
+    return VirtualBand(band.name, "other_forearm", draw_band(own, fusion=band.fusion), own)
 
 
 def draw_trials(wanted: SimulatedPerson, settings: Settings, rng: np.random.Generator) -> tuple[Trial, ...]:

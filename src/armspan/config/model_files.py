@@ -1,7 +1,8 @@
 """Gesture models and streams as files."""
 
+import base64
 import csv
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from armspan.config.take_files import read_columns, write_whole
@@ -10,6 +11,7 @@ from armspan.gesture.model import GestureModel, dump, load
 from armspan.gesture.scoring import Truth
 from armspan.gesture.takes import Take, check_clock
 
+_HEADER = "gesture_model"
 _TRUTH = ("start_s", "end_s", "label")
 
 
@@ -23,6 +25,17 @@ def read_model(path: Path) -> GestureModel:
         return load(data)
     except ModelError as error:
         raise ModelError(f"{path}: {error}") from None
+
+
+def in_header(model: GestureModel) -> dict[str, object]:
+    """A model as part of a log's header, so that the log replays by itself."""
+    return {_HEADER: base64.b64encode(dump(model)).decode()}
+
+
+def from_header(header: Mapping[str, object]) -> GestureModel | None:
+    """The model in a log's header, None where there was none (ModelError)."""
+    text = header.get(_HEADER)
+    return load(base64.b64decode(text)) if isinstance(text, str) else None
 
 
 def write_model(path: Path, model: GestureModel) -> None:

@@ -13,19 +13,24 @@ import shapely
 from armspan.conductor import BandSettings, Settings
 from armspan.config.body_file import body_from_table
 from armspan.config.recordings import UNIT_TOLERANCE
-from armspan.errors import ConfigError
+from armspan.errors import ConfigError, known_names
 from armspan.pointing.selection import SelectionSettings
-from armspan.records import Body, Model, Quaternion, Sheet, Vec2, Zone
+from armspan.records import Arm, Body, Model, Quaternion, Sheet, Vec2, Zone
+from armspan.swarm.behaviours import BEHAVIOURS, DICTIONARY
 from armspan.swarm.limits import Limits
 
 
 class SimulatedBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="simulated"):
-    """A virtual band; ``fusion`` tells whether it sends its own quaternion or raw samples only."""
+    """A virtual band, on the pointing ``arm`` where not told.
+
+    ``fusion`` tells whether it sends its own quaternion or raw samples only.
+    """
 
     name: str
     segment: Literal["forearm", "upperarm"] = "forearm"
     fusion: Literal["onboard", "raw"] = "onboard"
     wrist_from_sensor: Quaternion | None = None
+    arm: Arm | None = None
 
 
 class ReplayedBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="replay"):
@@ -36,6 +41,7 @@ class ReplayedBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_
     segment: Literal["forearm", "upperarm"] = "forearm"
     rate_hz: float = 100.0
     wrist_from_sensor: Quaternion | None = None
+    arm: Arm | None = None
 
 
 class SimulatedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="simulated"):
@@ -54,7 +60,10 @@ class ReplayedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
 
 
 class SimulatedPerson(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The virtual person: where they stand in sheet coordinates, what they are asked."""
+    """The virtual person: where they stand in sheet coordinates, what they are asked.
+
+    After the trials they make ``gestures``, labels and ``everyday:SECONDS`` in turn.
+    """
 
     at_m: Vec2 = (0.4, 0.8)
     facing_deg: float = 0.0
@@ -62,6 +71,7 @@ class SimulatedPerson(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     stature_m: float | None = None
     trials: int = 8
     feedback: Literal["off", "on", "both"] = "both"
+    gestures: tuple[str, ...] = ()
 
 
 class Simulation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -85,6 +95,13 @@ class ZoneEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     polygon_m: tuple[Vec2, ...]
 
 
+class GestureEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Arm gestures: the ``model`` of `armspan train` that knows them, and which behaviour each begins."""
+
+    model: str | None = None
+    behaviours: dict[str, str] = msgspec.field(default_factory=DICTIONARY.copy)
+
+
 class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """A whole room. ``body`` may be left out where the person is simulated: it is then measured by virtual tape."""
 
@@ -102,12 +119,13 @@ class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     feedback: bool = False
     limits: Limits = Limits()
     selection: SelectionSettings = SelectionSettings()
+    gestures: GestureEntry = GestureEntry()
     simulation: Simulation = Simulation()
 
     def settings(self, body: Body) -> Settings:
         """What the conductor needs of it."""
         bands = tuple(
-            BandSettings(band.name, band.segment, getattr(band, "rate_hz", 100.0), band.wrist_from_sensor)
+            BandSettings(band.name, band.segment, getattr(band, "rate_hz", 100.0), band.wrist_from_sensor, band.arm)
             for band in self.bands
         )
         return Settings(
@@ -125,6 +143,8 @@ class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             limits=self.limits,
             selection=self.selection,
             feedback=self.feedback,
+            gestures=self.gestures.behaviours,
+            dice=self.simulation.seed,
         )
 
 
@@ -217,6 +237,9 @@ def _check(room: RoomFile) -> None:
     for band in room.bands:
         _check_band(band)
     _check_simulation(room)
+    for label, behaviour in room.gestures.behaviours.items():
+        if behaviour not in BEHAVIOURS:
+            raise ConfigError(f"gestures.behaviours.{label}: {known_names('behaviour', behaviour, BEHAVIOURS)}")
     if room.stops_m and len(room.stops_m) < 3:
         raise ConfigError(
             f"stops_m has {len(room.stops_m)} stops; the set-up needs three that are not on one line, better four"
