@@ -61,3 +61,26 @@ def _runs(y: np.ndarray) -> list[tuple[int, int, int]]:
     edges = np.flatnonzero(np.diff(y)) + 1
     starts, ends = np.concatenate([[0], edges]), np.concatenate([edges, [len(y)]])
     return [(int(y[s]), int(s), int(e)) for s, e in zip(starts, ends, strict=True)]
+
+
+TWO_WRISTS = tuple(f"{side}_{axis}" for side in ("left", "right") for axis in ("ax", "ay", "az"))
+
+
+def openpack(path: Path = DATA) -> tuple[list[Take], Take, Take]:
+    """Berkeley MHAD's takes of people 1-7 (two wrists, [g]); the first and second half of OpenPack's work as null."""
+    takes: list[Take] = []
+    with np.load(path / "BerkeleyMHAD2w.npz") as file:
+        classes, rate = [str(name) for name in file["classes"]], float(file["rate"])
+        chosen = zip(file["X"], file["y"].tolist(), file["subject"].tolist(), file["train"].tolist(), strict=True)
+        for values, label, person, used in chosen:
+            if used:
+                times = np.arange(values.shape[1]) / rate
+                take = Take(classes[label], f"s{person}", len(takes), TWO_WRISTS, times, values.T.astype(float))
+                takes.append(take)
+    with np.load(path / "OpenPack_U0209_S0500_2wrist.npz") as file:
+        names = [str(name) for name in file["columns"]]
+        places = [names.index(f"{side}_acc_{axis}") for side in ("left", "right") for axis in "xyz"]
+        times, values = file["t_ms"].astype(float) / 1000, file["X"][:, places].astype(float)
+    work = Take(NULL, "packer", 1, TWO_WRISTS, times - times[0], values)
+    middle = work.seconds / 2
+    return takes, work.between(0.0, middle), work.between(middle + 0.01, np.inf)

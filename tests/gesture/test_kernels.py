@@ -8,7 +8,7 @@ from sklearn.linear_model import Ridge as PlainRidge
 from armspan.errors import ModelError
 from armspan.gesture.kernel_features import KernelFeatures, spread_dilations, two_valued_kernels
 from armspan.gesture.kernel_ridge import LONE, SOFTENING, Ridge, left_basis, left_out_residuals
-from armspan.gesture.kernels import Kernels
+from armspan.gesture.kernels import Kernels, retimed
 
 
 def swings(n_each: int, seed: int, n_classes: int = 3, n_channels: int = 4) -> tuple[np.ndarray, np.ndarray]:
@@ -91,6 +91,29 @@ def test_penalty_is_larger_where_people_differ_than_where_their_takes_vouch_for_
     F = own + rng.normal(0, 0.05, own.shape)
     F[:, 0] += labels
     assert Ridge.fit(F, labels, 2, people).penalty > 10 * Ridge.fit(F, labels, 2).penalty
+
+
+def test_copies_are_the_take_at_other_times_and_hold_its_ends() -> None:
+    ramp = np.arange(101.0)
+    copies = retimed(np.tile(ramp, (200, 1, 1)), np.random.default_rng(7))[:, 0]
+    assert copies.min() >= 0
+    assert copies.max() <= 100
+    middle = copies[:, 50] - 50
+    assert -5 <= middle.min() < -4
+    assert 4 < middle.max() <= 5
+    speed = copies[:, 60] - copies[:, 59]
+    assert 0.95 <= speed.min() < 0.96
+    assert 1.04 < speed.max() <= 1.05
+
+
+def test_copies_stop_where_takes_are_many_and_do_not_vouch_for_their_take() -> None:
+    takes, labels = swings(6, 15)
+    few = Kernels(n_features=500, most_takes=35).fit(takes, labels)
+    none = Kernels(n_features=500, copies=0).fit(takes, labels)
+    np.testing.assert_array_equal(few.head_.weights, none.head_.weights)
+    rng = np.random.default_rng(16)
+    noise, chance = rng.normal(size=(24, 2, 40)), np.arange(24) % 2
+    assert Kernels(n_features=500).fit(noise, chance).head_.penalty >= 1.0  # nothing to learn, copies or not
 
 
 def test_one_take_a_class_still_trains() -> None:

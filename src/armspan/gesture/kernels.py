@@ -25,17 +25,41 @@ def checked_takes(X: Any, y: Any) -> tuple[NDArray[Any], NDArray[Any], NDArray[A
     return X, classes, labels
 
 
+SPEED, SHIFT = 0.05, 0.05
+"""How much slower or faster, and how much earlier or later (as a share of the take), a copy is at most."""
+
+
+def retimed(X: NDArray[Any], rng: np.random.Generator) -> NDArray[Any]:
+    """Takes (n, c, t) a little slower or faster about their middle, and earlier or later; their ends are held."""
+    n, _, times = X.shape
+    middle = (times - 1) / 2
+    speed = 1.0 + SPEED * rng.uniform(-1.0, 1.0, (n, 1))
+    shift = SHIFT * (times - 1) * rng.uniform(-1.0, 1.0, (n, 1))
+    at = np.clip(speed * (np.arange(times) - middle) + middle + shift, 0.0, times - 1.0)
+    before = at.astype(np.int64)[:, None, :]
+    after = np.minimum(before + 1, times - 1)
+    share = at[:, None, :] - before
+    return np.asarray(
+        np.take_along_axis(X, before, axis=2) * (1.0 - share) + np.take_along_axis(X, after, axis=2) * share
+    )
+
+
 class Kernels(ClassifierMixin, BaseEstimator):  # type: ignore[misc]  # scikit-learn has no types
     """Random convolution kernels with a ridge head.
 
     X is (n, c, t). ``n_features`` shares above a threshold are computed over ``n_dilations`` dilations, beside each
     kernel's wins in its group and plain statistics. The penalty leaves one of ``groups`` (a person) out at a time where
-    there are two or more, else one take. The same ``seed`` gives the same model.
+    there are two or more, else one take. Each take also trains in ``copies`` retimed copies, as far as that makes no
+    more than ``most_takes`` in all. The same ``seed`` gives the same model.
     """
 
-    def __init__(self, n_features: int = 4000, n_dilations: int = 6, seed: int = 0) -> None:
+    def __init__(
+        self, n_features: int = 4000, n_dilations: int = 6, copies: int = 2, most_takes: int = 1000, seed: int = 0
+    ) -> None:
         self.n_features = n_features
         self.n_dilations = n_dilations
+        self.copies = copies
+        self.most_takes = most_takes
         self.seed = seed
 
     def fit(self, X: NDArray[Any], y: NDArray[Any], groups: NDArray[Any] | None = None) -> Self:
@@ -43,8 +67,12 @@ class Kernels(ClassifierMixin, BaseEstimator):  # type: ignore[misc]  # scikit-l
         X, self.classes_, labels = checked_takes(X, y)
         rng = np.random.default_rng(self.seed)
         self.features_ = KernelFeatures.fit(X, self.n_features, self.n_dilations, rng)
-        people = None if groups is None else np.asarray(groups)
-        self.head_ = Ridge.fit(self.features_.transform(X), labels, len(self.classes_), people)
+        left_out = np.arange(len(X)) if groups is None or len(set(groups)) < 2 else np.asarray(groups)
+        copies = max(0, min(self.copies, self.most_takes // len(X) - 1))
+        F = self.features_.transform(np.concatenate([X, *(retimed(X, rng) for _ in range(copies))]))
+        # copies are left out together with their take, which they would otherwise give away
+        taught, left_out = np.tile(labels, copies + 1), np.tile(left_out, copies + 1)
+        self.head_ = Ridge.fit(F, taught, len(self.classes_), left_out)
         return self
 
     def decision_function(self, X: NDArray[Any]) -> NDArray[Any]:
@@ -63,7 +91,7 @@ class Kernels(ClassifierMixin, BaseEstimator):  # type: ignore[misc]  # scikit-l
     @classmethod
     def from_state(cls, state: dict[str, Any]) -> Self:
         """The fitted classifier that was written down."""
-        self = cls(int(state["n_features"]), int(state["n_dilations"]), int(state["seed"]))
+        self = cls(**{name: int(state[name]) for name in ("n_features", "n_dilations", "copies", "most_takes", "seed")})
         self.classes_ = np.asarray(state["classes"])
         self.features_ = KernelFeatures.from_state(_part("features", state))
         self.head_ = Ridge.from_state(_part("head", state))

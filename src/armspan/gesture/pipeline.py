@@ -11,6 +11,7 @@ from armspan.frames import Array
 
 KINDS = ("kernels", "cnn", "dtw")
 RECIPES = ("standard", "report")
+WINDOW_FEATURES = 2000
 
 
 class Estimator(Protocol):
@@ -55,6 +56,12 @@ def preparation(name: str) -> Any:
     return recipes[name]
 
 
+def _sized(model: Any, kind: str, seed: int, windows: bool) -> Any:
+    if kind == "dtw":
+        return model()
+    return model(seed=seed, n_features=WINDOW_FEATURES) if kind == "kernels" and windows else model(seed=seed)
+
+
 @dataclass(slots=True, eq=False)
 class Pipeline:
     """A recipe and an estimator, fitted together."""
@@ -65,12 +72,15 @@ class Pipeline:
     model: Any
 
     @classmethod
-    def fresh(cls, kind: str, recipe: str, groups: Sequence[int], seed: int = 0) -> "Pipeline":
-        """An unfitted one; ``groups`` are the channels' sensors."""
-        model = estimator(kind)
-        return cls(
-            kind, recipe, preparation(recipe)(groups=tuple(groups)), model() if kind == "dtw" else model(seed=seed)
-        )
+    def fresh(
+        cls, kind: str, recipe: str, groups: Sequence[int], seed: int = 0, *, windows: bool = False
+    ) -> "Pipeline":
+        """An unfitted one; ``groups`` are the channels' sensors.
+
+        For ``windows``, of which there are thousands, kernels are half as many.
+        """
+        model = _sized(estimator(kind), kind, seed, windows)
+        return cls(kind, recipe, preparation(recipe)(groups=tuple(groups)), model)
 
     def fit(self, X: Array, y: Sequence[str], together: Sequence[str] | None = None) -> Self:
         """Learn from (n, c, t), their labels, and what is to be left out ``together`` where a penalty is chosen."""

@@ -17,6 +17,7 @@ STOP = "stop"
 _THRESHOLDS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95)
 _AGREE = (2, 3, 4, 6)
 _HIGH = 0.6
+_EARLY = 2
 
 
 @dataclass(slots=True, eq=False)
@@ -138,16 +139,16 @@ def _with_early(
     lead: dict[str, float],
     hop_s: float,
 ) -> Rule:
-    """The rule with a lower threshold for the stop gesture, as low as adds nothing false and nothing wrong."""
+    """The rule with a lower threshold for the stop gesture: half way down to where it would add something false."""
     rule = chosen.rule
     if STOP not in labels:
         return rule
-    for threshold in _THRESHOLDS:
-        if threshold >= rule.threshold:
-            break
-        agree = min(2, rule.agree)
+    agree, lowest = min(_EARLY, rule.agree), rule.threshold
+    for threshold in sorted((value for value in _THRESHOLDS if value <= rule.threshold), reverse=True):
         lower = Rule(threshold=rule.threshold, agree=rule.agree, early={STOP: (threshold, agree)})
         outcome = _try(lower, takes, nulls, labels, lead, hop_s)
-        if outcome.false <= chosen.false and outcome.wrong <= chosen.wrong and outcome.hits >= chosen.hits:
-            return lower
-    return Rule(threshold=rule.threshold, agree=rule.agree, early={STOP: (rule.threshold, min(2, rule.agree))})
+        if outcome.false > chosen.false or outcome.wrong > chosen.wrong or outcome.hits < chosen.hits:
+            break
+        lowest = threshold
+    half_way = round((lowest + rule.threshold) / 2, 3)
+    return Rule(threshold=rule.threshold, agree=rule.agree, early={STOP: (half_way, agree)})

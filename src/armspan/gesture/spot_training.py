@@ -22,7 +22,7 @@ from armspan.gesture.rules import Heard, choose_rule
 from armspan.gesture.takes import NULL
 from armspan.gesture.windows import SEEN, Clip, gesture_windows, null_windows, windows
 
-MOST_GESTURE, MOST_NULL = 2400, 1600
+MOST_GESTURE, MOST_NULL = 1600, 1200
 """Windows that are learnt from at most."""
 
 _TRIED = 300

@@ -74,13 +74,14 @@ def train(takes: Sequence[Take], wanted: Wanted, progress: Progress = silent) ->
     X, y = take_array(data.gestures, channels, length), [take.label for take in data.gestures]
     persons = [take.person for take in data.gestures]
 
-    def fresh() -> Pipeline:
-        return Pipeline.fresh(wanted.kind, wanted.recipe, channels.groups, wanted.seed)
+    fresh = partial(Pipeline.fresh, wanted.kind, wanted.recipe, channels.groups, wanted.seed)
 
     validation = validate(X, y, data.gestures, fresh, wanted.folds, progress)
     progress("learning the takes", 0.0)
     whole = fresh().fit(X, y, persons)
-    spotting = train_spotting(data, fresh, wanted.rate_per_hour, wanted.seed, wanted.window_s, progress)
+    spotting = train_spotting(
+        data, partial(fresh, windows=True), wanted.rate_per_hour, wanted.seed, wanted.window_s, progress
+    )
     facts = _facts(data, wanted, length, spotting, validation)
     progress("done", 1.0)
     return GestureModel(facts, whole, spotting.pipeline)
