@@ -33,7 +33,7 @@ def test_it_is_small_and_whole(golden):
 
 def test_it_is_decided_as_it_was(golden):
     old = [record for record in golden.records if not isinstance(record, EVENTS)]
-    new = list(decisions(golden.records, settings_of(golden)))
+    new = list(decisions(golden, settings_of(golden)))
     assert [type(record) for record in new] == [type(record) for record in old]
     for was, now in zip(old, new, strict=True):
         (values, rest), (expected, told) = numbers(msgspec.to_builtins(now)), numbers(msgspec.to_builtins(was))

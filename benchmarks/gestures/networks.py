@@ -56,7 +56,7 @@ def print_sets(names: list[str], seeds: int) -> None:
             )
 
 
-def print_refined(weight: float = 20.0) -> None:
+def print_refined(weight: float = 50.0) -> None:
     """Own takes are each person's first of every gesture; what is counted are their last, the same for all shots."""
     data = load("UTDMHAD21arm")
     X, y = np.concatenate([data.train.X, data.test.X]), np.concatenate([data.train.y, data.test.y])

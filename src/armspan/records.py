@@ -209,12 +209,22 @@ class Say(Record, frozen=True, gc=False):
     cue: str = ""
 
 
+class TakeEnded(Record, frozen=True, gc=False):
+    """A take was recorded; its gesture began at ``started`` [s]. One for ``practice`` is not learnt from."""
+
+    started: float
+    label: str
+    person: str
+    number: int
+    practice: bool = False
+
+
 Event: TypeAlias = ImuSample | Tap | RobotState | Touch | Hit | Link | Press | Tick
 Command: TypeAlias = GoTo | Drive | Light | Haptic | Stop
-Output: TypeAlias = Pointed | Selected | Gesture | Scores | Calibrated | Say | Command
+Output: TypeAlias = Pointed | Selected | Gesture | Scores | Calibrated | Say | TakeEnded | Command
 EVENTS: tuple[type[Record], ...] = (ImuSample, Tap, RobotState, Touch, Hit, Link, Press, Tick)
 COMMANDS: tuple[type[Record], ...] = (GoTo, Drive, Light, Haptic, Stop)
-OUTPUTS: tuple[type[Record], ...] = (Pointed, Selected, Gesture, Scores, Calibrated, Say, *COMMANDS)
+OUTPUTS: tuple[type[Record], ...] = (Pointed, Selected, Gesture, Scores, Calibrated, Say, TakeEnded, *COMMANDS)
 
 
 # --- what several crafts share ---------------------------------------------------------------------------

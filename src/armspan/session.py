@@ -10,8 +10,8 @@ from collections import deque
 from collections.abc import AsyncGenerator, Sequence
 from contextlib import AsyncExitStack, aclosing
 from dataclasses import dataclass, field
+from typing import Protocol
 
-from armspan.conductor import Conductor
 from armspan.ports import Sink, Source, Swarm
 from armspan.records import (
     Command,
@@ -21,6 +21,7 @@ from armspan.records import (
     Haptic,
     ImuSample,
     Light,
+    Output,
     Press,
     Record,
     Stop,
@@ -40,10 +41,17 @@ class Counters:
     step_us: dict[str, list[float]] = field(default_factory=dict)
 
 
+class Mind(Protocol):
+    """What decides: the conductor, or a recorder of takes."""
+
+    def step(self, event: Event) -> list[Output]:
+        """Everything that follows from one event."""
+
+
 class Session:
     """Runs a conductor between doors; ``run`` once."""
 
-    def __init__(self, conductor: Conductor, swarm: Swarm, sinks: Sequence[Sink] = ()) -> None:
+    def __init__(self, conductor: Mind, swarm: Swarm, sinks: Sequence[Sink] = ()) -> None:
         self.conductor, self.swarm, self.sinks = conductor, swarm, list(sinks)
         self.counters = Counters()
         self._waiting: deque[Event] = deque()

@@ -5,6 +5,7 @@ from armspan.cli.init import ROOM
 from armspan.config.house import open_house
 from armspan.config.room_file import RoomFile, read_room
 from armspan.pointing.selection import SelectionSettings
+from armspan.swarm.behaviours import DICTIONARY
 from armspan.swarm.limits import Limits
 from command_line import code_of, refused
 
@@ -34,10 +35,17 @@ def test_what_it_calls_defaults_are_the_defaults():
 
 def test_what_is_commented_out_can_be_commented_in(tmp_path):
     path = tmp_path / "room.toml"
-    setting = r"^# (\[\[?\w+\]?\]|\w+ = (?:\"\w+\"|[\d.]+|\[[^\]]*\]))$"
+    setting = r"^# (\[\[?\w+\]?\]|\w+ = (?:\"[\w.]+\"|[\d.]+|\[[^\]]*\]|\{.*\}))(?:  # made.*)?$"
     path.write_text(re.sub(setting, r"\1", ROOM, flags=re.MULTILINE), encoding="utf-8")
     room = read_room(path)
-    assert [band.segment for band in room.bands] == ["forearm", "upperarm"]
+    assert [(band.segment, band.arm) for band in room.bands] == [
+        ("forearm", None),
+        ("upperarm", None),
+        ("forearm", "left"),
+    ]
+    assert room.gestures.model == "gestures.model"
+    assert room.gestures.behaviours == DICTIONARY
+    assert room.simulation.person.gestures == ("mixing", "everyday:10", "stop")
     assert room.body["eye_height_m"] == 1.60
 
 

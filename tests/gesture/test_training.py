@@ -146,3 +146,17 @@ def test_a_slow_stream_is_refused(model: GestureModel) -> None:
     stream, _ = made_stream(["wave"])
     with pytest.raises(DataError, match="comes at 12.5 Hz; the model needs 32 Hz"):
         signals_of(replace(stream, times=stream.times * 4), model)
+
+
+def test_others_takes_help_and_only_own_ones_are_held_out() -> None:
+    own, others = made_takes(2, ("ann",)), made_takes(3, ("ann", "bo"))
+    model = train([*own, made_null(30.0)], Wanted(folds=3), others=others)
+    assert model.facts.persons == ("ann",)
+    assert sum(map(sum, model.facts.scores["by_take"]["confusion"])) == 6
+    assert model.facts.scores["spotting"]["takes"] == 6
+    assert model.facts.takes == {"circle": 8, "shake": 8, "wave": 8}
+    fresh = [made_take(label, "ann", number) for label in model.facts.labels for number in (31, 32)]
+    assert evaluate(model, fresh).document()["accuracy"] == 1.0
+    wrong = [replace(take, columns=("left_ax", "left_ay", "left_az")) for take in others]
+    with pytest.raises(DataError, match="lacks"):
+        train(own, Wanted(), others=wrong)

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from armspan import __version__
-from armspan.cli import calibrate, check, demo, evaluate, init, replay, run, spot, train
+from armspan.cli import calibrate, check, demo, evaluate, init, record, replay, run, spot, takes, train
 from armspan.errors import ArmspanError
 
-_VERBS = (demo, run, init, calibrate, train, evaluate, spot, replay, check)
+_VERBS = (demo, run, init, calibrate, record, takes, train, evaluate, spot, replay, check)
 
 
 class _OneLine(argparse.ArgumentParser):

@@ -45,6 +45,12 @@ fusion = "onboard"
 # name = "upperarm"
 # segment = "upperarm"
 
+# A band on the other wrist, for gestures with both arms ("right" and "left"; not told, it is the pointing arm's).
+# [[bands]]
+# kind = "simulated"
+# name = "other"
+# arm = "left"
+
 # The robots. The first one drives to the stops of the set-up.
 [[robots]]
 kind = "simulated"
@@ -87,6 +93,11 @@ hold = 0.65
 dwell_s = 1.0
 elsewhere = 0.05
 
+# Arm gestures: a model written by `armspan train`, and what each gesture begins: "stop", "gather" or "random walk".
+# [gestures]
+# model = "gestures.model"
+# behaviours = { stop = "stop", mixing = "random walk", raise_both = "gather" }
+
 # The virtual part: one seed is one session. at_m is where the person stands, in sheet coordinates.
 [simulation]
 seed = 1
@@ -97,6 +108,7 @@ at_m = [0.45, 0.80]
 facing_deg = 0.0
 trials = 8
 feedback = "both"  # "off", "on", or first off and then on
+# gestures = ["mixing", "everyday:10", "stop"]  # made after the trials; needs a band on either wrist
 """
 
 

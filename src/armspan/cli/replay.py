@@ -9,8 +9,8 @@ import msgspec
 
 from armspan.conductor import Conductor, Settings
 from armspan.config.model_files import from_header
+from armspan.config.record_room import recorder_of
 from armspan.errors import ConfigError, LogError
-from armspan.gesture.model import GestureModel
 from armspan.log import LogFile, read
 from armspan.records import EVENTS, Record
 
@@ -35,7 +35,7 @@ def run(args: argparse.Namespace) -> int:
     settings = settings_of(log)
     if args.check:
         return _check(log, settings, args.json)
-    for output in decisions(log.records, settings, from_header(log.header)):
+    for output in decisions(log, settings):
         print(msgspec.json.encode(output).decode() if args.json else output)
     return 0
 
@@ -62,12 +62,12 @@ def settings_of(log: LogFile) -> Settings:
         ) from None
 
 
-def decisions(records: list[Record], settings: Settings, model: GestureModel | None = None) -> Iterator[Record]:
-    """What a new conductor decides for the events among records."""
-    conductor = Conductor(settings, model)
-    for record in records:
+def decisions(log: LogFile, settings: Settings) -> Iterator[Record]:
+    """What a new conductor, or a new recorder, decides for the events of a log."""
+    mind = recorder_of(log, settings) or Conductor(settings, from_header(log.header))
+    for record in log.records:
         if isinstance(record, EVENTS):
-            yield from conductor.step(record)  # type: ignore[arg-type]
+            yield from mind.step(record)  # type: ignore[arg-type]
 
 
 def first_difference(log: LogFile, settings: Settings) -> tuple[int, Record | None, Record | None] | None:
@@ -76,7 +76,7 @@ def first_difference(log: LogFile, settings: Settings) -> tuple[int, Record | No
     A log that was cut may lack the last event's decisions; that is no difference.
     """
     logged = [record for record in log.records if not isinstance(record, EVENTS)]
-    replayed = list(decisions(log.records, settings, from_header(log.header)))
+    replayed = list(decisions(log, settings))
     for number, (old, new) in enumerate(zip(logged, replayed, strict=False)):
         if old != new:
             return number, old, new

@@ -34,6 +34,13 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     parser.add_argument("--recipe", choices=sorted(RECIPES), default="standard", help="default: %(default)s")
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="MODEL", help="the file to write")
     parser.add_argument("--bands", choices=("right", "left"), help="use the columns of one band only")
+    parser.add_argument(
+        "--with",
+        dest="others",
+        type=Path,
+        metavar="DIR",
+        help="takes of other people: a general model, refined by the own takes, which count more",
+    )
     parser.add_argument("--window", type=positive, metavar="S", help="seconds of a spotting window; default: a gesture")
     parser.add_argument(
         "--rate", type=positive, default=1.0, metavar="N", help="false triggers an hour put up with; default: 1"
@@ -55,10 +62,11 @@ def run(args: argparse.Namespace) -> int:
         if args.model != "cnn":
             raise ModelError(f"--onnx writes a network, and {args.model} is none: add --model cnn, or leave --onnx out")
     takes = read_takes(args.folder, bands=args.bands)
+    others = read_takes(args.others, bands=args.bands) if args.others else []
     wanted = Wanted(kind=args.model, recipe=args.recipe, rate_per_hour=args.rate, seed=args.seed, window_s=args.window)
     with Bar(console=Console(stderr=True), transient=True, disable=not sys.stderr.isatty()) as bar:
         job = bar.add_task("reading", total=1.0)
-        model = train(takes, wanted, lambda what, share: bar.update(job, description=what, completed=share))
+        model = train(takes, wanted, lambda what, share: bar.update(job, description=what, completed=share), others)
     write_model(args.output, model)
     if args.onnx:
         write_whole(args.onnx, network_file(model))

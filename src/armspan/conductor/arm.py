@@ -83,7 +83,9 @@ class Arm:
         bands = [Band.from_settings(band) for band in settings]
         pointing = [band for band in bands if (band.settings.arm or points) == points]
         on = {band.settings.segment: band for band in pointing}
-        wrists: dict[str, Band] = {str(band.settings.arm or points): band for band in bands if band.settings.segment == "forearm"}
+        wrists: dict[str, Band] = {
+            str(band.settings.arm or points): band for band in bands if band.settings.segment == "forearm"
+        }
         named = {band.settings.name: band for band in bands}
         return cls(on["forearm"], on.get("upperarm"), named, {b.settings.name: b for b in pointing}, wrists)
 

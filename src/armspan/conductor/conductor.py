@@ -5,6 +5,7 @@ import numpy as np
 from armspan.conductor.arm import Arm
 from armspan.conductor.gestures import Gestures
 from armspan.conductor.pointer import Pointer
+from armspan.conductor.recorder_setup import WristSetUp
 from armspan.conductor.settings import Settings
 from armspan.conductor.setup import SetUp, Step
 from armspan.gesture.model import GestureModel
@@ -50,7 +51,9 @@ class Conductor:
         self._arm = Arm.from_settings(settings.bands, settings.body.arm)
         self._errands = Errands(settings.limits, settings.sheet)
         self._filter = SafetyFilter(settings.limits, settings.sheet)
-        self._setup = SetUp(settings, self._arm, self._errands)
+        # A room without robots has nothing to be placed by: its set-up ends with the bands.
+        set_up = SetUp if settings.robots else WristSetUp
+        self._setup = set_up(settings, self._arm, self._errands)
         self._lights = CursorLights(led_zero=settings.led_zero_deg * 0.017453292519943295)
         self._pointer: Pointer | None = None
         self._gestures = Gestures(model, self._arm.wrists) if model is not None else None

@@ -26,7 +26,7 @@ from armspan.gesture.model import GestureModel
 from armspan.log import LogFile, read
 from armspan.ports import Pace, Sink, Source, Swarm
 from armspan.records import COMMANDS, EVENTS, Body, ImuSample, Press, Record, RobotState, Tick
-from armspan.session import FastPace, LivePace, Session
+from armspan.session import FastPace, LivePace, Mind, Session
 from armspan.simulation.bands import VirtualBand, draw_band
 from armspan.simulation.gesture_script import Agenda, Programme
 from armspan.simulation.person import Person, VirtualPerson, draw_person, measured_body
@@ -61,7 +61,11 @@ class House:
         """The session of this house; the world hears everything too."""
         swarm: Swarm = simulated.SimulatedSwarm(self.world) if self.world else replay.NoSwarm()
         heard: list[Sink] = [self._hear] if self.world else []
-        return Session(Conductor(self.settings, self.model), swarm, [*sinks, *heard])
+        return Session(self.mind(), swarm, [*sinks, *heard])
+
+    def mind(self) -> Mind:
+        """What decides in this house."""
+        return Conductor(self.settings, self.model)
 
     async def run(self, session: Session, *, live: bool) -> None:
         """Open all doors together and go on until every source has ended."""

@@ -1,37 +1,38 @@
 """The room in which takes are recorded: bands and a person, no robots."""
 
+import re
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
+from armspan.conductor import Settings
 from armspan.conductor.recorder import Recorder
 from armspan.conductor.recorder_plan import Recording
 from armspan.config.demo_room import gesture_room
 from armspan.config.house import House, open_house
 from armspan.config.room_file import (
     GestureEntry,
-    ReplayedBand,
     RoomFile,
     SimulatedBand,
     parse_room,
 )
+from armspan.config.take_edits import checked_label
 from armspan.config.take_files import Sidecar, write_take
-from armspan.devices import replay, simulated
-from armspan.errors import ConfigError, known_names
+from armspan.errors import ConfigError, DataError, LogError, known_names
 from armspan.log import LogFile
-from armspan.ports import Sink, Swarm
 from armspan.records import Arm, Press, Record, TakeEnded
-from armspan.session import Session
+from armspan.session import Mind
 from armspan.simulation.gesture_script import GestureScript
 from armspan.simulation.gesture_styles import LABELS
 
 _BEGIN = 0.5
 """When [s] the set-up begins: by then every band has been heard, and has shown whether it sends raw samples."""
 
+_WRISTS: tuple[Arm, Arm] = ("right", "left")
 _SHEET = {"width_m": 1.0, "height_m": 1.0}
 _BODY = {
     "eye_height_m": 1.6,
@@ -40,23 +41,22 @@ _BODY = {
 }
 
 
-@dataclass(slots=True)
+@dataclass
 class RecordHouse(House):
-    """A house whose mind is a recorder."""
+    """A house whose mind is a recorder; ``simulated`` tells whether it was a virtual person that moved."""
 
     recorder: Recorder = field(kw_only=True)
+    simulated: bool = False
 
     @property
     def header(self) -> dict[str, object]:
         """What a log keeps of the room and of the recording."""
-        recording: dict[str, object] = {"recording": msgspec.to_builtins(self.recorder.recording)}
-        return House.header.__get__(self) | recording
+        recording: object = msgspec.to_builtins(self.recorder.recording)
+        return super().header | {"recording": recording, "simulated": self.simulated}
 
-    def session(self, sinks: Sequence[Sink]) -> Session:
-        """The session of this house; the world hears everything too."""
-        swarm: Swarm = simulated.SimulatedSwarm(self.world) if self.world else replay.NoSwarm()
-        heard: list[Sink] = [self._hear] if self.world else []
-        return Session(self.recorder, swarm, [*sinks, *heard])
+    def mind(self) -> Mind:
+        """The recorder."""
+        return self.recorder
 
 
 class TakeWriter:
@@ -87,6 +87,41 @@ class TakeWriter:
         self.written.append((write_take(self.folder, take, side), side))
 
 
+def recorder_of(log: LogFile, settings: Settings) -> Recorder | None:
+    """The recorder that a recording's log replays through, None where a conductor wrote the log (LogError)."""
+    told = log.header.get("recording")
+    if told is None:
+        return None
+    try:
+        return Recorder(settings, msgspec.convert(told, Recording))
+    except (msgspec.ValidationError, ConfigError) as error:
+        raise LogError(f"{log.path} tells a recording that this version of Armspan does not know ({error})") from None
+
+
+def check_labels(folder: Path, labels: Sequence[str]) -> None:
+    """Refuse a folder that is a file, and labels that cannot be its folders side by side.
+
+    Raises:
+        ConfigError: a label that is no folder's name, or differs by case only from another one or from a folder.
+        DataError: the folder is a file.
+
+    """
+    if folder.exists() and not folder.is_dir():
+        raise DataError(f"{folder} is a file: name the folder in which the takes are to be kept")
+    by_lower: dict[str, str] = {}
+    for label in labels:
+        other = by_lower.setdefault(checked_label(label, folder).lower(), label)
+        if other != label:
+            raise ConfigError(f"labels {other!r} and {label!r} differ by case only: give them different names")
+
+
+def check_person(code: str) -> str:
+    """A person's code that can begin a file's name (ConfigError)."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_-]*", code):
+        raise ConfigError(f"person code {code!r} cannot begin a file's name: use letters, digits, _ and -, as in p01")
+    return code
+
+
 def read_record_room(path: Path) -> RoomFile:
     """A room file of which only the bands matter: sheet, robots and body may be missing (ConfigError)."""
     try:
@@ -95,15 +130,37 @@ def read_record_room(path: Path) -> RoomFile:
         raise ConfigError(f"{path} cannot be read: {error.strerror}. `armspan init {path}` writes one") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path} is not TOML: {error}") from None
-    if not raw.get("bands"):
+    if not isinstance(raw.get("bands"), list) or not raw["bands"]:
         raise ConfigError(f"{path} has no [[bands]]: a recording needs one band on a wrist, better one on either")
-    given = {"sheet": _SHEET, "robots": []} | raw
-    if not any(isinstance(band, dict) and band.get("kind") == "simulated" for band in raw["bands"]):
-        given.setdefault("body", _BODY)
+    given = {"sheet": _SHEET} | raw | {"robots": [], "zones": []}
+    points, worn = _raw_wrists(raw)
+    if not worn:
+        raise ConfigError(f"{path} has no band on a wrist: a recording needs one, better one on either")
+    if twice := [wrist for k, wrist in enumerate(worn) if wrist in worn[:k]]:
+        raise ConfigError(f"{path} has two bands on the {twice[0]} wrist: a recording takes one on each")
+    if points not in worn:
+        given["body"] = _BODY | _table(raw.get("body")) | {"arm": worn[0]}
+    elif isinstance(raw.get("body", {}), dict) and ("body" in raw or not _mentions_simulated(raw)):
+        given["body"] = _BODY | _table(raw.get("body"))  # measures do not matter here
     try:
-        return parse_room(given)
+        return parse_room(given, robots=False)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
+
+
+def _mentions_simulated(raw: dict[str, Any]) -> bool:
+    return any(_table(band).get("kind") == "simulated" for band in raw["bands"])
+
+
+def _raw_wrists(raw: dict[str, Any]) -> tuple[Arm, list[Arm]]:
+    """The arm that points, and the wrists that wear a band, in a room file that is not checked yet."""
+    points: Arm = _table(raw.get("body")).get("arm", "right")
+    bands = [_table(band) for band in raw["bands"]]
+    return points, [band.get("arm") or points for band in bands if band.get("segment", "forearm") == "forearm"]
+
+
+def _table(value: object) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
 
 
 def virtual_room(seed: int) -> RoomFile:
@@ -116,9 +173,6 @@ def wrists_of(room: RoomFile) -> tuple[Arm, ...]:
     points: Arm = (room.body or {}).get("arm", "right")
     worn = {band.arm or points for band in room.bands if band.segment == "forearm"}
     return tuple(wrist for wrist in _WRISTS if wrist in worn)
-
-
-_WRISTS: tuple[Arm, Arm] = ("right", "left")
 
 
 def is_simulated(room: RoomFile) -> bool:
@@ -138,11 +192,17 @@ def open_record_house(room: RoomFile, recording: Recording, folder: Path = Path(
         _check_virtual(recording)
     house = open_house(_bands_only(room), folder)
     recorder = Recorder(house.settings, recording)
+    simulated = is_simulated(room) or any(map(_was_simulated, house.logs.values()))
     if house.world is not None and is_simulated(room):
         house.world.script = GestureScript("setup", _BEGIN)
     else:
         _lead(house)
-    return RecordHouse(house.settings, house.world, house.logs, house.replayed, recorder=recorder)
+    return RecordHouse(house.settings, house.world, house.logs, house.replayed, recorder=recorder, simulated=simulated)
+
+
+def _was_simulated(log: LogFile) -> bool:
+    """Whether a virtual person moved in a log: older ones say so by an epoch of zero only."""
+    return bool(log.header.get("simulated", log.header.get("epoch_ns") == 0))
 
 
 def _check_virtual(recording: Recording) -> None:

@@ -176,8 +176,8 @@ def read_room(path: Path) -> RoomFile:
     return room
 
 
-def parse_room(raw: dict[str, Any]) -> RoomFile:
-    """A room from parsed TOML.
+def parse_room(raw: dict[str, Any], *, robots: bool = True) -> RoomFile:
+    """A room from parsed TOML; one without ``robots`` will do where takes are recorded.
 
     Raises:
         ConfigError: what is wrong, where, and what was expected.
@@ -191,7 +191,7 @@ def parse_room(raw: dict[str, Any]) -> RoomFile:
     except msgspec.ValidationError as error:
         cause = error.__cause__
         raise ConfigError(str(cause) if isinstance(cause, ConfigError) else _in_words(str(error))) from None
-    _check(room)
+    _check(room, robots)
     return room
 
 
@@ -214,8 +214,8 @@ def _numbers(value: object, place: str = "") -> Iterator[tuple[str, float]]:
             yield from _numbers(item, f"{place}[{number}]")
 
 
-def _check(room: RoomFile) -> None:
-    if not room.bands or not room.robots:
+def _check(room: RoomFile, robots: bool) -> None:
+    if not room.bands or (robots and not room.robots):
         raise ConfigError("the room needs at least one entry in [[bands]] and one in [[robots]]")
     for size, name in ((room.sheet.width_m, "width_m"), (room.sheet.height_m, "height_m")):
         if not 0.05 <= size <= 20:
@@ -244,11 +244,10 @@ def _check(room: RoomFile) -> None:
         raise ConfigError(
             f"stops_m has {len(room.stops_m)} stops; the set-up needs three that are not on one line, better four"
         )
-    if room.body is not None:
-        body_from_table(room.body, "the room")
-    elif not any(isinstance(band, SimulatedBand) for band in room.bands):
+    if room.body is None and not any(isinstance(band, SimulatedBand) for band in room.bands):
         raise ConfigError("[body] is missing: a real person's measures are needed")
-    room.settings(_ANYBODY)  # names, segments and the model are checked there
+    # Names, segments and the model are checked there.
+    room.settings(_ANYBODY if room.body is None else body_from_table(room.body, "the room"))
 
 
 def _check_place(what: str, xy: Vec2, sheet: Sheet) -> None:

@@ -1,7 +1,7 @@
 """Takes as arrays for whole-take classifiers, and as clips on a grid for spotting."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,9 @@ GRID = 32.0
 """Rate [Hz] of the grid on which windows lie, where the samples are that fast: arms move below 10 Hz."""
 
 HOP = 0.125
+OWN_WEIGHT = 4
+"""How often an own take counts beside those of others (4 and 12 do equally well, 1 a little worse)."""
+
 LENGTHS = (16, 256)
 WINDOWS = (1.0, 2.5)
 
@@ -23,17 +26,30 @@ _MARGIN = 0.25
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Dataset:
-    """Checked takes of one set of columns, gestures and null apart."""
+    """Checked takes of one set of columns, gestures and null apart.
+
+    Of the gestures the first ``own`` are those of the people the model is for; the others only help, and theirs count
+    once where an own take counts `OWN_WEIGHT` times.
+    """
 
     gestures: list[Take]
     nulls: list[Take]
     columns: tuple[str, ...]
+    own: int
 
     @classmethod
-    def of(cls, takes: Sequence[Take]) -> "Dataset":
+    def of(cls, takes: Sequence[Take], others: Sequence[Take] = ()) -> "Dataset":
         """The data set of takes that `check_takes` let pass."""
-        gestures = [take for take in takes if take.label != NULL]
-        return cls(gestures, [take for take in takes if take.label == NULL], takes[0].columns)
+        own = [take for take in takes if take.label != NULL]
+        more = [replace(take, person=f"other {take.person}") for take in others if take.label != NULL]
+        nulls = [take for take in (*takes, *others) if take.label == NULL]
+        return cls([*own, *more], nulls, takes[0].columns, len(own))
+
+    @property
+    def weights(self) -> list[int]:
+        """How often each gesture counts."""
+        weight = OWN_WEIGHT if self.own < len(self.gestures) else 1
+        return [weight] * self.own + [1] * (len(self.gestures) - self.own)
 
     @property
     def channels(self) -> Channels:

@@ -28,6 +28,7 @@ MOST_GESTURE, MOST_NULL = 1600, 1200
 _TRIED = 300
 _FOLDS = 4
 _DTW_MOST = 120
+_ALWAYS = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,9 +70,9 @@ def train_spotting(
     hop = max(1, round(HOP * grid))
     made, nulls = clips(data.gestures, data.channels, grid), [c.values for c in clips(data.nulls, data.channels, grid)]
     small = fresh().kind == "dtw"
-    examples = _examples(made, nulls, length, hop, seed, _DTW_MOST if small else None)
+    examples = _examples(made, data.weights, data.own, nulls, length, hop, seed, _DTW_MOST if small else None)
     progress("cross-validation of spotting", 0.0)
-    heard, oof = _held_out(made, nulls, examples, fresh, data.labels, length, hop, seed, progress)
+    heard, oof = _held_out(made[: data.own], nulls, examples, fresh, data.labels, length, hop, seed, progress)
     temperature = _temperature(*oof) if oof[0].size else 1.0
     lead = {label: SEEN * _usual(made, label) / grid for label in data.labels}
     rule, document = choose_rule(heard, data.labels, lead, temperature, rate_per_hour, hop / grid)
@@ -82,10 +83,18 @@ def train_spotting(
 
 
 def _examples(
-    made: Sequence[Clip], nulls: Sequence[Array], length: int, hop: int, seed: int, most: int | None
+    made: Sequence[Clip],
+    weights: Sequence[int],
+    own: int,
+    nulls: Sequence[Array],
+    length: int,
+    hop: int,
+    seed: int,
+    most: int | None,
 ) -> _Examples:
     rng = np.random.default_rng([seed, 7])
-    folds = _folds(made)
+    folds = np.full(len(made), _ALWAYS)
+    folds[:own] = _folds(made[:own])
     per_take = max(1, (most or MOST_GESTURE) // max(1, len(made)))
     parts: list[tuple[Array, list[str], int, str]] = []
     persons = sorted({part.take.person for part in made})
@@ -93,6 +102,7 @@ def _examples(
         X, y = gesture_windows(part, length, hop, nulls, rng)
         kept = _spread(len(y), per_take)
         group = part.take.person if len(persons) > 2 else f"take {number}"
+        kept = np.repeat(kept, weights[number])
         parts.append((X[kept], [y[k] for k in kept], int(folds[number]), group))
     total = sum(max(0, len(values) - length) for values in nulls)
     step = max(2 * hop, int(np.ceil(total / (most or MOST_NULL))))

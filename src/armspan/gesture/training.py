@@ -61,24 +61,30 @@ def silent(what: str, share: float) -> None:
     """No progress is told."""
 
 
-def train(takes: Sequence[Take], wanted: Wanted, progress: Progress = silent) -> GestureModel:
+def train(
+    takes: Sequence[Take], wanted: Wanted, progress: Progress = silent, others: Sequence[Take] = ()
+) -> GestureModel:
     """A model of ``takes``; practice takes are left out.
+
+    With ``others``, takes of other people, it is a general model refined by the own ones: these count more, and only
+    they are held out when it is validated.
 
     Raises:
         DataError: what is wrong with the takes, in one sentence.
 
     """
-    data = Dataset.of(check_takes(takes))
+    checked, own = check_takes([*takes, *others]), sum(not take.practice for take in takes)
+    data = Dataset.of(checked[:own], checked[own:])
     _check_enough(data)
     length, channels = data.take_length(), data.channels
     X, y = take_array(data.gestures, channels, length), [take.label for take in data.gestures]
-    persons = [take.person for take in data.gestures]
+    persons, weights = [take.person for take in data.gestures], data.weights
 
     fresh = partial(Pipeline.fresh, wanted.kind, wanted.recipe, channels.groups, wanted.seed)
 
-    validation = validate(X, y, data.gestures, fresh, wanted.folds, progress)
+    validation = validate(X, y, data, fresh, wanted.folds, progress)
     progress("learning the takes", 0.0)
-    whole = fresh().fit(X, y, persons)
+    whole = weighted(fresh(), X, y, persons, weights)
     spotting = train_spotting(
         data, partial(fresh, windows=True), wanted.rate_per_hour, wanted.seed, wanted.window_s, progress
     )
@@ -90,17 +96,18 @@ def train(takes: Sequence[Take], wanted: Wanted, progress: Progress = silent) ->
 def validate(
     X: Array,
     y: Sequence[str],
-    takes: Sequence[Take],
+    data: Dataset,
     fresh: Callable[[], Pipeline],
     folds: int,
     progress: Progress = silent,
 ) -> Validation:
-    """Cross-validation of whole takes (n, c, t), grouped by take and by person."""
+    """Cross-validation of the own whole takes (n, c, t), grouped by take and by person."""
+    takes = data.gestures[: data.own]
     labels = tuple(sorted(set(y)))
 
     def cross(what: str, split: list[NDArray[np.intp]]) -> Array | None:
         tell = partial(progress, f"cross-validation {what}")
-        return _cross(X, y, takes, fresh, labels, split, tell) if split else None
+        return _cross(X, y, data, fresh, labels, split, tell) if split else None
 
     by_take = cross("by take", take_folds(takes, folds))
     return Validation(labels, by_take, cross("by person", person_folds(takes, 2 * folds)))
@@ -109,19 +116,27 @@ def validate(
 def _cross(
     X: Array,
     y: Sequence[str],
-    takes: Sequence[Take],
+    data: Dataset,
     fresh: Callable[[], Pipeline],
     labels: tuple[str, ...],
     split: list[NDArray[np.intp]],
     progress: Callable[[float], None],
 ) -> Array:
-    found, truth = np.empty(len(y), dtype=object), np.asarray(y)
+    found = np.empty(data.own, dtype=object)
     for done, held in enumerate(split):
         progress(done / len(split))
         rest = np.setdiff1d(np.arange(len(y)), held)
-        persons = [takes[k].person for k in rest]
-        found[held] = fresh().fit(X[rest], [y[k] for k in rest], persons).predict(X[held])
-    return confusion(truth.tolist(), found.tolist(), labels)
+        persons, weights = [data.gestures[k].person for k in rest], [data.weights[k] for k in rest]
+        found[held] = weighted(fresh(), X[rest], [y[k] for k in rest], persons, weights).predict(X[held])
+    return confusion(y[: data.own], found.tolist(), labels)
+
+
+def weighted(
+    pipeline: Pipeline, X: Array, y: Sequence[str], persons: Sequence[str], weights: Sequence[int]
+) -> Pipeline:
+    """A pipeline that has learnt from takes each as often as its weight says."""
+    chosen = np.repeat(np.arange(len(y)), weights)
+    return pipeline.fit(X[chosen], [y[k] for k in chosen.tolist()], [persons[k] for k in chosen.tolist()])
 
 
 def _facts(data: Dataset, wanted: Wanted, length: int, spotting: Spotting, validation: Validation) -> Facts:
@@ -139,7 +154,7 @@ def _facts(data: Dataset, wanted: Wanted, length: int, spotting: Spotting, valid
         temperature=spotting.temperature,
         rule=spotting.rule,
         lead_s=spotting.lead,
-        persons=tuple(sorted({take.person for take in data.gestures})),
+        persons=tuple(sorted({take.person for take in data.gestures[: data.own]})),
         takes=counts,
         null_s=round(data.null_seconds, 2),
         seed=wanted.seed,
