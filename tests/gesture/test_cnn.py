@@ -111,15 +111,15 @@ def test_state_round_trip(trained: Cnn) -> None:
 
 
 def test_own_takes_turn_the_answer(trained: Cnn) -> None:
-    """A person who does ``c`` with a's motion: heavy enough, three takes outvote the twelve of the others."""
-    X, y = swings(np.random.default_rng(6), 30)
-    own, rest = X[y == "a"][:3], X[y == "a"][3:]
-    refined = trained.refine(own, np.array(["c"] * 3, dtype=object), weight=200)
-    assert trained.predict(rest).tolist() == ["a"] * len(rest)
-    assert refined.predict(rest).tolist() == ["c"] * len(rest)
-    assert refined.predict(X[y == "b"]).tolist() == ["b"] * 10
-    light = trained.refine(own, np.array(["c"] * 3), weight=1e-3)
-    assert light.predict(rest).tolist() == ["a"] * len(rest)
+    """A person who swaps two gestures: three takes of each, heavy as they are, outvote the twelve of the others."""
+    X, y = swings(np.random.default_rng(6), 60)
+    theirs = np.array([{"a": "c", "b": "b", "c": "a"}[label] for label in y], dtype=object)
+    own, rest = np.arange(9), np.arange(9, 60)
+    generic, refined = trained.score(X[rest], theirs[rest].astype(str)), trained.refine(X[own], theirs[own])
+    assert generic < 0.4  # only ``b`` is right
+    assert refined.score(X[rest], theirs[rest].astype(str)) > 0.9
+    light = trained.refine(X[own], theirs[own], weight=1e-3)
+    assert light.predict(X[rest]).tolist() == trained.predict(X[rest]).tolist()
 
 
 def test_refitted_head_of_two_classes() -> None:

@@ -79,7 +79,9 @@ def test_a_model_survives_being_written_down(model: GestureModel) -> None:
     assert dump(again) == data
 
 
-@pytest.mark.parametrize("spoil", [lambda d: d[: len(d) // 2], lambda d: b"", lambda d: b"PK" + d[5:], lambda d: d[::-1]])
+@pytest.mark.parametrize(
+    "spoil", [lambda d: d[: len(d) // 2], lambda d: b"", lambda d: b"PK" + d[5:], lambda d: d[::-1]]
+)
 def test_a_damaged_model_is_refused(model: GestureModel, spoil: object) -> None:
     with pytest.raises(ModelError, match="damaged"):
         load(spoil(dump(model)))  # type: ignore[operator]
@@ -103,7 +105,9 @@ def test_the_account_is_honest_about_null(model: GestureModel) -> None:
     spotting = model.facts.scores["spotting"]
     hours = spotting["null_hours"]
     assert 0.01 < hours < 90 / 3600
-    assert spotting["below_per_hour"] == pytest.approx(3.0 / hours, rel=0.01) if not spotting["false_triggers"] else True
+    assert (
+        spotting["below_per_hour"] == pytest.approx(3.0 / hours, rel=0.01) if not spotting["false_triggers"] else True
+    )
     bare = train(made_takes(3), Wanted(folds=3))
     assert bare.facts.scores["spotting"]["false_per_hour"] is None
     assert any("everyday motion" in line for line in advice(bare.facts))
