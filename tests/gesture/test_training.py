@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gesture.made_takes import made_null, made_stream, made_take, made_takes
 
 from armspan.errors import DataError, ModelError
 from armspan.gesture.decision import Spotted
@@ -12,6 +11,7 @@ from armspan.gesture.scoring import Truth, score_events
 from armspan.gesture.stream import Spotter, signals_of, spot
 from armspan.gesture.takes import Take
 from armspan.gesture.training import Wanted, advice, train
+from gesture.made_takes import made_null, made_stream, made_take, made_takes
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +148,7 @@ def test_other_channels_than_the_models_are_refused(model: GestureModel) -> None
 
 def test_a_slow_stream_is_refused(model: GestureModel) -> None:
     stream, _ = made_stream(["wave"])
-    with pytest.raises(DataError, match="comes at 12.5 Hz; the model needs 32 Hz"):
+    with pytest.raises(DataError, match=r"comes at 12\.5 Hz; the model needs 32 Hz"):
         signals_of(replace(stream, times=stream.times * 4), model)
 
 

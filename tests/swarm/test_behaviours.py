@@ -1,3 +1,5 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -67,7 +69,7 @@ def test_a_random_walk_moves_everyone_and_is_another_one_with_other_dice() -> No
 
 def test_only_one_robot_moves_at_a_time() -> None:
     history = play(RANDOM_WALK, 40.0)
-    for before, after in zip(history, history[1:], strict=False):
+    for before, after in pairwise(history):
         assert sum(before[name] != after[name] for name in START) <= 1
 
 

@@ -85,7 +85,7 @@ def network_file(model: GestureModel) -> bytes:
     """The network that spots, as ONNX: windows in, decision values out."""
     from armspan.gesture.onnx_file import to_onnx  # needs the extra cnn
 
-    return bytes(to_onnx(model.windows.model.state()))
+    return to_onnx(model.windows.model.state(), model.windows.recipe.state())
 
 
 def describe(facts: Facts) -> dict[str, Any]:
