@@ -5,7 +5,18 @@ import platform
 from armspan.cli import check
 from command_line import code_of
 
-BASE = {"numpy", "scipy", "vqf", "msgspec", "mcap", "shapely", "rich", "matplotlib", "OneEuroFilter"}
+BASE = {
+    "numpy",
+    "scipy",
+    "scikit-learn",
+    "vqf",
+    "msgspec",
+    "mcap",
+    "shapely",
+    "rich",
+    "matplotlib",
+    "OneEuroFilter",
+}
 
 
 def test_json_lists_every_package_with_its_version(capsys):
