@@ -205,6 +205,13 @@ def test_a_place_where_no_model_can_be_written_is_refused_before_the_work(broken
     assert "is not a folder" in refused(capsys, broken.parent, "train", broken, "-o", broken / "no" / "m.model")
     said = refused(capsys, broken.parent, "train", broken, "-o", broken.parent / "m", "--onnx", broken.parent / "x")
     assert "--onnx writes a network, and kernels is none" in said
+    said = refused(capsys, broken.parent, "train", broken, "-o", broken.parent / "m.png")
+    assert "m.png would be both the model and its picture" in said
+    model = broken.parent / "m.model"
+    said = refused(capsys, broken.parent, "train", broken, "-o", model, "--window", "1000")
+    assert "--window 1000 s: expected 0.25 to 10 s" in said
+    said = refused(capsys, broken.parent, "train", broken, "-o", model, "--with", broken)
+    assert "is the folder of the own takes" in said
 
 
 def test_gaps_are_written_as_empty_cells_and_read_again(tmp_path):

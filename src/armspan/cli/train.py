@@ -14,11 +14,14 @@ from rich.table import Table
 from armspan.cli.run import positive
 from armspan.config.model_files import check_target, write_model
 from armspan.config.take_files import read_takes, write_whole
-from armspan.errors import ModelError
+from armspan.errors import DataError, ModelError
 from armspan.gesture.model import Facts, GestureModel
 from armspan.gesture.pipeline import KINDS, RECIPES
 from armspan.gesture.training import Wanted, advice, train
 from armspan.study.confusion_picture import draw_confusion
+
+SHORTEST, LONGEST = 0.25, 10.0
+"""Seconds that a spotting window may have."""
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -57,6 +60,15 @@ def run(args: argparse.Namespace) -> int:
     check_target(args.output)
     picture = args.picture or args.output.with_suffix(".png")
     check_target(picture)
+    _check_apart({"the model": args.output, "its picture": picture, "the ONNX file": args.onnx})
+    if args.window is not None and not SHORTEST <= args.window <= LONGEST:
+        raise ModelError(
+            f"--window {args.window:g} s: expected {SHORTEST:g} to {LONGEST:g} s, about one gesture's length"
+        )
+    if args.others and args.others.resolve() == args.folder.resolve():
+        raise DataError(
+            f"--with {args.others} is the folder of the own takes: name one with other people's, or leave it out"
+        )
     if args.onnx:
         check_target(args.onnx)
         if args.model != "cnn":
@@ -79,6 +91,17 @@ def run(args: argparse.Namespace) -> int:
     else:
         show(model.facts, args.output)
     return 0
+
+
+def _check_apart(targets: dict[str, Path | None]) -> None:
+    """Refuse two results in one file (ModelError)."""
+    seen: dict[Path, str] = {}
+    for what, path in targets.items():
+        if path is None:
+            continue
+        other = seen.setdefault(path.resolve(), what)
+        if other != what:
+            raise ModelError(f"{path} would be both {other} and {what}: give one of them another name")
 
 
 def network_file(model: GestureModel) -> bytes:
