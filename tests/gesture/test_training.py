@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -94,6 +95,15 @@ def test_one_flipped_byte_is_noticed(model: GestureModel) -> None:
         spoilt[at] ^= 0xFF
         with pytest.raises(ModelError):
             load(bytes(spoilt))
+
+
+def test_parts_that_do_not_fit_together_are_refused(model: GestureModel) -> None:
+    spoilt = replace(model, facts=msgspec.structs.replace(model.facts, columns=(*model.facts.columns, "right_gx")))
+    with pytest.raises(ModelError):
+        load(dump(spoilt))
+    fewer = replace(model, facts=msgspec.structs.replace(model.facts, labels=model.facts.labels[:1]))
+    with pytest.raises(ModelError):
+        load(dump(fewer))
 
 
 def test_training_twice_gives_the_same_bytes() -> None:

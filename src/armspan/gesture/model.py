@@ -131,11 +131,15 @@ def load(data: bytes) -> GestureModel:
         facts = msgspec.convert(plain["facts"], Facts)
         if facts.format != FORMAT:
             raise ModelError(f"it is of the format {facts.format!r}, this Armspan reads {FORMAT!r}: train it again")
-        return GestureModel(
+        model = GestureModel(
             facts,
             Pipeline.from_state(_join(plain["takes"], "takes", arrays)),
             Pipeline.from_state(_join(plain["windows"], "windows", arrays)),
         )
+        # Parts that do not fit together show when they are used: better here than in the middle of a session.
+        model.probabilities(np.zeros((1, model.channels.count, model.window)))
+        model.takes.predict(np.zeros((1, model.channels.count, facts.take_length)))
+        return model
     except ModelError:
         raise
     except (
