@@ -167,7 +167,7 @@ def _sidecar(folder: Path) -> None:
 )
 def test_bad_takes_are_one_sentence_and_the_old_model_stays(broken, capsys, spoil, words):
     model = broken.parent / "old.model"
-    model.write_bytes(b"an older model")
+    model.write_bytes(b"PK an older model")
     spoil(broken)
     assert words in refused(capsys, broken.parent, "train", broken, "-o", model)
 
@@ -205,6 +205,12 @@ def test_a_place_where_no_model_can_be_written_is_refused_before_the_work(broken
     assert "is not a folder" in refused(capsys, broken.parent, "train", broken, "-o", broken / "no" / "m.model")
     said = refused(capsys, broken.parent, "train", broken, "-o", broken.parent / "m", "--onnx", broken.parent / "x")
     assert "--onnx writes a network, and kernels is none" in said
+    take = broken / "wave" / "p_01.csv"
+    assert "p_01.csv exists and is no model: it is kept" in refused(capsys, broken.parent, "train", broken, "-o", take)
+    said = refused(capsys, broken.parent, "train", broken, "-o", broken.parent / "m", "--picture", "x.txt")
+    assert "x.txt: pictures are PNG files" in said
+    said = refused(capsys, broken.parent, "train", broken, "-o", broken.parent / "m", "--seed", "-1")
+    assert "'-1' is not a whole number from 0" in said
     said = refused(capsys, broken.parent, "train", broken, "-o", broken.parent / "m.png")
     assert "m.png would be both the model and its picture" in said
     model = broken.parent / "m.model"

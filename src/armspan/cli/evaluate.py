@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 
 from armspan.cli.train import percent
-from armspan.config.model_files import check_target, read_model
+from armspan.config.model_files import check_picture, read_model
 from armspan.config.take_files import read_takes
 from armspan.gesture.evaluation import evaluate
 from armspan.study.confusion_picture import draw_confusion
@@ -30,7 +30,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     """Classify the takes and say how many were right."""
     if args.picture:
-        check_target(args.picture)
+        check_picture(args.picture)
     found = evaluate(read_model(args.model), read_takes(args.folder))
     if args.picture:
         draw_confusion(args.picture, found.table, found.labels, f"{args.folder}, {args.model.name}")

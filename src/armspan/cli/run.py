@@ -11,6 +11,7 @@ from armspan.cli.report import print_account
 from armspan.config.house import open_house
 from armspan.config.room_file import read_room
 from armspan.errors import ConfigError
+from armspan.study.gestures import gestures_of
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -49,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
         if path.resolve() == log.path.resolve():
             raise ConfigError(f"{path} is a log that the room replays, and is kept: name another one with --log")
     counters = play(house, path, live=args.pace == "live", overwrite=args.overwrite, sinks=[talk])
-    _, found = read_account(path, house)
+    log_file, found = read_account(path, house)
     document = {
         **found.document(),
         "step_us": step_times(counters),
@@ -57,6 +58,8 @@ def run(args: argparse.Namespace) -> int:
         "not_finite": counters.not_finite,
         "log": str(path),
     }
+    if house.model is not None:
+        document["gestures"] = gestures_of(log_file.records).document()
     if args.json:
         print(msgspec.json.encode(document).decode())
     else:

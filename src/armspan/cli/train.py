@@ -11,8 +11,9 @@ from rich.console import Console
 from rich.progress import Progress as Bar
 from rich.table import Table
 
+from armspan.cli.demo import seed
 from armspan.cli.run import positive
-from armspan.config.model_files import check_target, write_model
+from armspan.config.model_files import check_picture, check_target, write_model
 from armspan.config.take_files import read_takes, write_whole
 from armspan.errors import DataError, ModelError
 from armspan.gesture.model import Facts, GestureModel
@@ -44,22 +45,35 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         metavar="DIR",
         help="takes of other people: a general model, refined by the own takes, which count more",
     )
-    parser.add_argument("--window", type=positive, metavar="S", help="seconds of a spotting window; default: a gesture")
     parser.add_argument(
-        "--rate", type=positive, default=1.0, metavar="N", help="false triggers an hour put up with; default: 1"
+        "--window",
+        type=positive,
+        metavar="S",
+        help="seconds of a spotting window; default: the length of a usual gesture, 1 to 2.5",
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="default: %(default)s")
+    parser.add_argument(
+        "--rate", type=per_hour, default=1.0, metavar="N", help="false triggers an hour put up with; default: 1"
+    )
+    parser.add_argument("--seed", type=seed, default=0, metavar="N", help="default: %(default)s")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="confusion matrix; default: MODEL with .png")
     parser.add_argument("--onnx", type=Path, metavar="FILE", help="also write the network as ONNX (cnn only)")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)
 
 
+def per_hour(text: str) -> float:
+    """A rate above zero, for argparse."""
+    try:
+        return positive(text)
+    except argparse.ArgumentTypeError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of triggers an hour above zero") from None
+
+
 def run(args: argparse.Namespace) -> int:
     """Train and say how good the model is."""
     check_target(args.output)
     picture = args.picture or args.output.with_suffix(".png")
-    check_target(picture)
+    check_picture(picture)
     _check_apart({"the model": args.output, "its picture": picture, "the ONNX file": args.onnx})
     if args.window is not None and not SHORTEST <= args.window <= LONGEST:
         raise ModelError(
@@ -70,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
             f"--with {args.others} is the folder of the own takes: name one with other people's, or leave it out"
         )
     if args.onnx:
-        check_target(args.onnx)
+        check_target(args.onnx, "ONNX file", b"\x08")
         if args.model != "cnn":
             raise ModelError(f"--onnx writes a network, and {args.model} is none: add --model cnn, or leave --onnx out")
     takes = read_takes(args.folder, bands=args.bands)

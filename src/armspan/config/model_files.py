@@ -45,12 +45,26 @@ def write_model(path: Path, model: GestureModel) -> None:
     write_whole(path, data)
 
 
-def check_target(path: Path) -> None:
-    """Refuse, before the work, a place where a model cannot be written (ModelError)."""
+def check_target(path: Path, what: str = "model", starts: bytes = b"PK") -> None:
+    """Refuse, before the work, a place where a model, or ``what`` it is, cannot be written (ModelError).
+
+    A file that is there is replaced only if it ``starts`` as what is to be written.
+    """
     if path.is_dir():
-        raise ModelError(f"{path} is a folder: name a file for the model, as in -o {path / 'my.model'}")
+        raise ModelError(f"{path} is a folder: name a file for the {what} in it")
     if not path.parent.is_dir():
-        raise ModelError(f"{path.parent} is not a folder: make it first, or write the model elsewhere")
+        raise ModelError(f"{path.parent} is not a folder: make it first, or write the {what} elsewhere")
+    if path.is_file() and path.stat().st_size:
+        with path.open("rb") as file:
+            if file.read(len(starts)) != starts:
+                raise ModelError(f"{path} exists and is no {what}: it is kept; name another file")
+
+
+def check_picture(path: Path) -> None:
+    """Refuse, before the work, a place where a picture cannot be written (ModelError)."""
+    if path.suffix.lower() != ".png":
+        raise ModelError(f"{path}: pictures are PNG files: give it a name that ends in .png")
+    check_target(path, "picture", b"\x89PNG")
 
 
 def read_stream(path: Path) -> Take:

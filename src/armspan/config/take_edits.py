@@ -78,6 +78,8 @@ def checked_label(label: str, folder: Path) -> str:
 
 def delete_take(path: Path) -> Path:
     """Move a take and its sidecar to ``DIR/.deleted``; returns its new place (DataError)."""
+    if not path.stem.rpartition("_")[2].isdecimal():
+        raise DataError(f"{path} is not named as a take is, DIR/LABEL/PERSON_NN.csv: it is left where it is")
     target = _kept(checked_take(path))
     target.parent.mkdir(parents=True, exist_ok=True)
     sidecar = path.with_suffix(".json")

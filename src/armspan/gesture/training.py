@@ -188,6 +188,8 @@ def advice(facts: Facts) -> list[str]:
                 f"{one} and {other} are taken for each other in {times} of {out_of} takes: record more of both, or "
                 "make them differ more"
             )
+    if len(facts.persons) == 1:
+        found.append("one person's takes say nothing of other people: a model serves whom it was trained on")
     few = [label for label, count in facts.takes.items() if count < 5]
     if few:
         found.append(f"fewer than five takes of {', '.join(few)}: three to five more would help")
