@@ -9,7 +9,6 @@ import pytest
 from armspan.config.take_files import (
     COLUMNS,
     Sidecar,
-    columns_of,
     next_number,
     of_band,
     read_columns,
@@ -101,8 +100,7 @@ def test_what_was_deleted_is_no_take(tmp_path):
 
 
 def test_columns_of_bands():
-    assert columns_of(["left", "right"]) == COLUMNS
-    assert columns_of(["right"]) == COLUMNS[:10]
+    assert of_band(take(), "right").columns == COLUMNS[:10]
     assert of_band(take(), "right").values.shape == (5, 10)
     with pytest.raises(DataError, match="no column of the band 'middle'"):
         of_band(take(), "middle")

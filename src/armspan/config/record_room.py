@@ -21,7 +21,7 @@ from armspan.config.room_file import (
     parse_room,
 )
 from armspan.config.take_edits import checked_label
-from armspan.config.take_files import Sidecar, write_take
+from armspan.config.take_files import Sidecar, sidecar_of, write_take
 from armspan.errors import ConfigError, DataError, LogError, known_names
 from armspan.log import LogFile
 from armspan.records import Arm, Press, Record, TakeEnded
@@ -73,17 +73,7 @@ class TakeWriter:
             return
         done = self.recorder.finished.popleft()
         take = done.take
-        side = Sidecar(
-            label=take.label,
-            person=take.person,
-            number=take.number,
-            practice=take.practice,
-            rate_hz=round(take.rate, 2),
-            gesture_s=take.gesture,
-            simulated=self.simulated,
-            recorded=self.recorded,
-            note=done.note,
-        )
+        side = sidecar_of(take, simulated=self.simulated, recorded=self.recorded, note=done.note)
         self.written.append((write_take(self.folder, take, side), side))
 
 

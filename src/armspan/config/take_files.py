@@ -3,7 +3,6 @@
 import csv
 import io
 import os
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -160,20 +159,28 @@ def _is_number(cell: str) -> bool:
     return True
 
 
-def write_take(folder: Path, take: Take, sidecar: Sidecar | None = None) -> Path:
-    """Write a take and its sidecar, each whole or not at all; returns the CSV's path (DataError where it exists)."""
-    path = folder / take.label / f"{take.person}_{take.number:02d}.csv"
-    if path.exists():
-        raise DataError(f"{path} exists: takes are never replaced; delete it first, or take the next number")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    side = sidecar or Sidecar(
+def sidecar_of(take: Take, *, simulated: bool = False, recorded: str | None = None, note: str = "") -> Sidecar:
+    """The sidecar of a take, with what is known of its recording."""
+    return Sidecar(
         label=take.label,
         person=take.person,
         number=take.number,
         practice=take.practice,
         rate_hz=round(take.rate, 2),
         gesture_s=take.gesture,
+        simulated=simulated,
+        recorded=recorded,
+        note=note,
     )
+
+
+def write_take(folder: Path, take: Take, sidecar: Sidecar | None = None) -> Path:
+    """Write a take and its sidecar, each whole or not at all; returns the CSV's path (DataError where it exists)."""
+    path = folder / take.label / f"{take.person}_{take.number:02d}.csv"
+    if path.exists():
+        raise DataError(f"{path} exists: takes are never replaced; delete it first, or take the next number")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    side = sidecar or sidecar_of(take)
     write_whole(path.with_suffix(".json"), msgspec.json.format(msgspec.json.encode(side)) + b"\n")
     write_whole(path, _table(take))
     return path
@@ -200,8 +207,3 @@ def next_number(folder: Path, label: str, person: str) -> int:
     """The number of a person's next take of a gesture."""
     stems = [path.stem.rpartition("_") for path in (folder / label).glob(f"{person}_*.csv")]
     return 1 + max((int(number) for who, _, number in stems if who == person and number.isdecimal()), default=0)
-
-
-def columns_of(bands: Sequence[str]) -> tuple[str, ...]:
-    """The columns of these bands, ``right`` and ``left``, in order."""
-    return tuple(name for name in COLUMNS if name.partition("_")[0] in bands)

@@ -13,6 +13,7 @@ from typing import Any
 
 import msgspec
 import numpy as np
+from scipy import special
 
 from armspan.errors import ModelError
 from armspan.frames import Array
@@ -92,9 +93,7 @@ def ordered(pipeline: Pipeline, windows: Array, labels: tuple[str, ...]) -> Arra
 
 def softmax(scores: Array, temperature: float) -> Array:
     """Probabilities (n, m) of scores (n, m)."""
-    scaled = scores / temperature
-    grown = np.exp(scaled - scaled.max(axis=1, keepdims=True))
-    return np.asarray(grown / grown.sum(axis=1, keepdims=True))
+    return np.asarray(special.softmax(scores / temperature, axis=1))
 
 
 def dump(model: GestureModel) -> bytes:

@@ -5,6 +5,7 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 from armspan.errors import ModelError
 
@@ -110,5 +111,4 @@ class Network:
 
 def softmax(scores: NDArray[np.float64]) -> NDArray[np.float64]:
     """Probabilities (n, classes) of scores (n, classes)."""
-    grown = np.exp(scores - scores.max(axis=1, keepdims=True))
-    return np.asarray(grown / grown.sum(axis=1, keepdims=True))
+    return np.asarray(special.softmax(scores, axis=1))
