@@ -136,7 +136,7 @@ def test_no_behaviour_begins_before_a_resume(model: GestureModel) -> None:
     said = conductor.step(Press(1.3, "behaviour", "gather"))
     assert "gather" in said[0].text
     said = conductor.step(Press(1.4, "behaviour", "dance"))
-    assert "know no behaviour 'dance'" in said[0].text
+    assert "behaviour 'dance' does not exist" in said[0].text
 
 
 def test_a_model_that_needs_a_band_that_is_not_there_is_refused(model: GestureModel) -> None:

@@ -12,7 +12,7 @@ from command_line import code_of, contents, fresh, refused
 
 def test_json_tells_what_the_log_holds(tmp_path):
     process = fresh(
-        "-m", "armspan", "demo", "--headless", "--seconds", "52", "--log", "new/a.mcap", "--json", cwd=tmp_path
+        "-m", "armspan", "demo", "--headless", "--seconds", "60", "--log", "new/a.mcap", "--json", cwd=tmp_path
     )
     out, err = process.communicate(timeout=60)
     assert process.returncode == 0, err
@@ -35,7 +35,7 @@ def test_json_tells_what_the_log_holds(tmp_path):
     assert document["selection"]["decided"] + document["selection"]["unasked"] == chosen
     assert 0 < document["step_us"]["p50"] <= document["step_us"]["p99"]
     assert log.complete
-    assert log.records[-1].t == pytest.approx(52.0)
+    assert log.records[-1].t == pytest.approx(60.0)
 
 
 def test_by_default_the_log_has_the_date_and_a_person_reads_a_table(tmp_path, monkeypatch, capsys):

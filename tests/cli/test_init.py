@@ -5,7 +5,7 @@ from armspan.cli.init import ROOM
 from armspan.config.house import open_house
 from armspan.config.room_file import RoomFile, read_room
 from armspan.pointing.selection import SelectionSettings
-from armspan.swarm.behaviours import DICTIONARY
+from armspan.swarm.director import DICTIONARY
 from armspan.swarm.limits import Limits
 from command_line import code_of, refused
 
@@ -35,7 +35,7 @@ def test_what_it_calls_defaults_are_the_defaults():
 
 def test_what_is_commented_out_can_be_commented_in(tmp_path):
     path = tmp_path / "room.toml"
-    setting = r"^# (\[\[?\w+\]?\]|\w+ = (?:\"[\w.]+\"|[\d.]+|\[[^\]]*\]|\{.*\}))(?:  # made.*)?$"
+    setting = r"^# (\[\[?[\w.]+\]?\]|\w+ = (?:\"[\w.-]+\"|[\d.]+|\[[^\]]*\]|\{.*\}))(?:  # (?:made|or).*)?$"
     path.write_text(re.sub(setting, r"\1", ROOM, flags=re.MULTILINE), encoding="utf-8")
     room = read_room(path)
     assert [(band.segment, band.arm) for band in room.bands] == [

@@ -4,6 +4,7 @@ from itertools import pairwise
 import pytest
 
 from armspan.conductor import Conductor
+from armspan.errors import ConfigError
 from armspan.records import (
     GoTo,
     Hit,
@@ -151,3 +152,8 @@ def test_a_sample_that_comes_late_is_passed_over():
     upside_down = ImuSample(1.0, "wrist", (0.0, 0.0, 9.8), (0.0, 0.0, 0.0), None, (0.0, 1.0, 0.0, 0.0))
     puppet.tell(upside_down)
     assert puppet.run(0.05)[0].robot == "elm"
+
+
+def test_a_conductor_without_an_arm_is_refused():
+    with pytest.raises(ConfigError, match="needs a band on the forearm"):
+        Conductor(settings(bands=()))

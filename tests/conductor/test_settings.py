@@ -15,7 +15,6 @@ CORNERS = ((0.1, 0.1), (0.2, 0.1), (0.2, 0.2))
         ({"robots": ("ash", "elm", "ash")}, "robot 'ash' is named twice; names tell robots apart"),
         ({"zones": (Zone("a", CORNERS), Zone("a", CORNERS))}, "zone 'a' is named twice"),
         ({"bands": (BandSettings("w"), BandSettings("w", "upperarm"))}, "band 'w' is named twice"),
-        ({"bands": ()}, "bands sit on nothing; pointing needs one band on the forearm"),
         ({"bands": (BandSettings("a"), BandSettings("b"))}, "bands sit on forearm, forearm"),
         ({"bands": (BandSettings("a", "upperarm"),)}, "bands sit on upperarm"),
         ({"model": "two-band"}, "model two-band needs a band on the upper arm"),

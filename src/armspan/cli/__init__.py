@@ -7,10 +7,24 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from armspan import __version__
-from armspan.cli import calibrate, check, demo, evaluate, init, record, replay, run, spot, takes, train
+from armspan.cli import (
+    calibrate,
+    check,
+    demo,
+    emulate,
+    evaluate,
+    init,
+    record,
+    replay,
+    run,
+    spot,
+    swarm,
+    takes,
+    train,
+)
 from armspan.errors import ArmspanError
 
-_VERBS = (demo, run, init, calibrate, record, takes, train, evaluate, spot, replay, check)
+_VERBS = (demo, run, swarm, init, calibrate, record, takes, train, evaluate, spot, replay, check, emulate)
 
 
 class _OneLine(argparse.ArgumentParser):

@@ -27,7 +27,7 @@ from armspan.study.account import Account
 from armspan.study.gestures import gestures_of
 from armspan.study.picture import draw
 from armspan.study.sheet_error import sheet_errors, sheet_rms
-from armspan.swarm.behaviours import STOP
+from armspan.swarm.director import STOP
 
 EVERYDAY = "everyday:12"
 

@@ -84,6 +84,9 @@ lease_s = 0.3
 lead_m = 0.045
 body_radius_m = 0.045
 gap_m = 0.01
+accel_m_s2 = 1.0
+latency_s = 0.05  # the longest that a command takes to a robot, or its state back
+battery = 0.05  # below this share a robot is stopped
 
 # How a choice is made: the probability a candidate needs, the one that keeps it, how long it is held (0.3 to 2 s),
 # and how likely it is that nothing known is meant.
@@ -93,10 +96,20 @@ hold = 0.65
 dwell_s = 1.0
 elsewhere = 0.05
 
-# Arm gestures: a model written by `armspan train`, and what each gesture begins: "stop", "gather" or "random walk".
+# Arm gestures: a model written by `armspan train`, and what each gesture begins. `armspan swarm --list` tells all
+# behaviours. One gesture must stop the robots. Robots that were chosen by pointing in the choice_s before a gesture
+# are the only ones that it is for.
 # [gestures]
 # model = "gestures.model"
-# behaviours = { stop = "stop", mixing = "random walk", raise_both = "gather" }
+# choice_s = 8.0
+# [gestures.behaviours]
+# stop = "stop"
+# mixing = "random-walk"
+# breaststroke = "sweep"  # or sweep@garden: only that zone
+# raise_both = "gather"
+# arms_to_ground = "disperse"
+# x_left_high = "rotate-left"
+# x_right_high = "rotate-right"
 
 # The virtual part: one seed is one session. at_m is where the person stands, in sheet coordinates.
 [simulation]

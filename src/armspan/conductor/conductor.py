@@ -3,77 +3,83 @@
 import numpy as np
 
 from armspan.conductor.arm import Arm
+from armspan.conductor.choice import Choice
 from armspan.conductor.gestures import Gestures
 from armspan.conductor.pointer import Pointer
 from armspan.conductor.recorder_setup import WristSetUp
+from armspan.conductor.robots_only import press_robots
 from armspan.conductor.settings import Settings
 from armspan.conductor.setup import SetUp, Step
+from armspan.conductor.steering import Steering
+from armspan.errors import ConfigError
 from armspan.gesture.model import GestureModel
 from armspan.pointing.place import Place
 from armspan.records import (
     Calibrated,
-    Command,
     Event,
     Gesture,
     Hit,
     ImuSample,
     Link,
     Output,
+    Pointed,
     Press,
     RobotState,
     Say,
-    Stop,
     Tap,
     Tick,
     Touch,
+    Vec2,
 )
-from armspan.swarm.behaviours import BEHAVIOURS, STOP, Behaviours
-from armspan.swarm.errands import Errands
+from armspan.swarm.director import STOP
 from armspan.swarm.lights import CursorLights
-from armspan.swarm.safety import SafetyFilter
 
 _FLASH = 0.7
+
+STOP_TAPS = 3
+"""How often in a row a band's button is pressed to stop all robots."""
 
 
 class Conductor:
     """The one mind of a session.
 
-    Presses it knows: ``setup`` (begin the set-up), ``feedback`` (``on`` or ``off``: robots' lights show the
-    cursor), ``behaviour`` (of the swarm, by name), ``stop`` (latched), ``resume``, ``quit``. Others are for others.
-    With a ``model``, gestures are spotted once the bands are set up and the set-up is through, and each does what the
-    settings' dictionary says.
+    Presses it knows: ``setup`` (begin the set-up), ``feedback`` (``on`` or ``off``: robots' lights show the cursor),
+    and those of `press_robots`: ``behaviour``, ``command``, ``stop`` (latched), ``resume``, ``quit``. Others are for
+    others. With a ``model``, gestures are spotted once the bands are set up and the set-up is through, and each does
+    what the settings' dictionary says, with the robots that were chosen just before or with all.
     """
 
     def __init__(self, settings: Settings, model: GestureModel | None = None) -> None:
         self.settings = settings
         self.feedback = settings.feedback
-        self.states: dict[str, RobotState] = {}
+        if not settings.bands:
+            raise ConfigError("a conductor needs a band on the forearm; robots alone are for `RobotsOnly`")
         self._arm = Arm.from_settings(settings.bands, settings.body.arm)
-        self._errands = Errands(settings.limits, settings.sheet)
-        self._filter = SafetyFilter(settings.limits, settings.sheet)
+        self._steering = Steering(settings)
         # A room without robots has nothing to be placed by: its set-up ends with the bands.
         set_up = SetUp if settings.robots else WristSetUp
-        self._setup = set_up(settings, self._arm, self._errands)
+        self._setup = set_up(settings, self._arm, self._steering.errands)
         self._lights = CursorLights(led_zero=settings.led_zero_deg * 0.017453292519943295)
         self._pointer: Pointer | None = None
         self._gestures = Gestures(model, self._arm.wrists) if model is not None else None
-        rng = np.random.default_rng(settings.dice)
-        self._behaviours = Behaviours(settings.limits, settings.sheet, self._errands, rng)
+        self._choice = Choice(settings.choice_s)
+        self._spot: Vec2 | None = None
+        self._silent: set[str] = set()
+
+    @property
+    def states(self) -> dict[str, RobotState]:
+        """The robots as last heard."""
+        return self._steering.states
 
     def step(self, event: Event) -> list[Output]:
         """Everything that follows from one event."""
         match event:
             case ImuSample():
-                band = self._arm.by_name.get(event.source)
-                if band is not None:
-                    band.feel(event)
-                    if self._gestures is not None:
-                        self._gestures.feel(event)
-                return []
+                return self._feel(event)
             case Tick():
                 return self._tick(event.t)
             case RobotState():
-                return self._robot(event)
+                return self._steering.robot(event)
             case Tap():
                 return self._tap(event)
             case Press():
@@ -81,14 +87,22 @@ class Conductor:
             case Touch(kind="long"):
                 return self._stop(event.t, f"long touch on {event.robot}")
             case Link(up=False):
-                return [Say(event.t, f"{event.source} is out of reach", "")]
+                return self._unlinked(event)
             case Link() | Touch() | Hit():
                 return []
+
+    def _feel(self, sample: ImuSample) -> list[Output]:
+        band = self._arm.by_name.get(sample.source)
+        if band is not None:
+            band.feel(sample)
+            if self._gestures is not None:
+                self._gestures.feel(sample)
+        return []
 
     def _tick(self, t: float) -> list[Output]:
         for band in self._arm.bands:
             band.tick()
-        outputs: list[Output] = []
+        outputs = self._listen(t)
         for output in self._setup.tick(t, self.states):
             outputs.append(output)
             fit = self._setup.fit
@@ -98,9 +112,34 @@ class Conductor:
         if self._pointer is not None:
             outputs.extend(self._point(t, self._pointer))
         outputs.extend(self._gesture(t))
-        self._behaviours.step(t, self.states)
-        outputs.extend(self._safely(list(self._errands.step(t, self.states))))
+        outputs.extend(self._steering.tick(t, self._spot))
         return outputs
+
+    def _listen(self, t: float) -> list[Output]:
+        """A band that falls silent stops the robots: the arm that could stop them is not felt any more."""
+        silent = set(self._arm.any_silent(t))
+        heard = {name for name, band in self._arm.by_name.items() if band.heard > -np.inf}
+        fresh = sorted((silent & heard) - self._silent)
+        self._silent = silent
+        why = f"nothing heard of {' and '.join(fresh)}"
+        stops = self._steering.halt(t, why) if fresh else []
+        leading = self._setup.step in (Step.DRIVE, Step.POINT)
+        robot = self.settings.robots[0] if self.settings.robots else ""
+        if leading and robot in self._steering.filter.waiting:
+            why = f"{robot}: {self._steering.filter.waiting[robot]}"
+        elif not (leading and stops):
+            return stops
+        self._setup.cancel()
+        return [*stops, Say(t, f"The set-up was broken off ({why}); begin it again", "trouble")]
+
+    def _unlinked(self, link: Link) -> list[Output]:
+        if link.source in self.settings.robots:
+            return self._steering.lost(link.t, link.source)
+        stops = self._steering.halt(link.t, f"{link.source} is out of reach") if self._worn(link.source) else []
+        return [*stops, Say(link.t, f"{link.source} is out of reach", "")]
+
+    def _worn(self, source: str) -> bool:
+        return source in self._arm.by_name
 
     def _gesture(self, t: float) -> list[Output]:
         if self._gestures is None:
@@ -109,31 +148,41 @@ class Conductor:
         for found in self._gestures.tick(t):
             if not isinstance(found, Gesture):
                 outputs.append(found)
-            elif self._setup.step is Step.IDLE or self.settings.gestures.get(found.label) == STOP:
+                continue
+            behaviour = self.settings.gestures.get(found.label)
+            if self._setup.step is Step.IDLE or behaviour == STOP:
                 outputs.append(found)
-                outputs.extend(self._behave(t, self.settings.gestures.get(found.label), f"gesture {found.label}"))
+                outputs.extend(self._behave(t, behaviour, f"gesture {found.label}"))
         return outputs
 
     def _behave(self, t: float, name: str | None, why: str) -> list[Output]:
-        """Begin a behaviour; a Stop is latched, and nothing begins before an explicit resume."""
         if name is None:
             return []
         if name == STOP:
             return self._stop(t, why)
-        if name not in BEHAVIOURS:
-            return [Say(t, f"Robots know no behaviour {name!r}; they know {', '.join(BEHAVIOURS)}", "")]
-        if self._filter.stopped:
-            return [Say(t, f"{name}: the robots are stopped; resume first", "")]
-        self._behaviours.begin(name, t, self.states)
-        return [Say(t, f"{why}: {name}", "")]
+        return self._steering.behave(t, name, why, self._user(), self._choice.take(t))
+
+    def _user(self) -> Vec2 | None:
+        """Where the user stands, in ``sheet`` [m]."""
+        if self._pointer is None:
+            return None
+        x, y = self._pointer.place.state[:2].tolist()
+        return x, y
 
     def _point(self, t: float, pointer: Pointer) -> list[Output]:
         pointed, dwelt = pointer.tick(t, self.states, self.feedback)
-        outputs: list[Output] = [pointed]
+        outputs: list[Output] = [pointed, *self._spotted(pointed)]
         if dwelt:
             outputs.extend(self._choose(t, pointer, "dwell"))
         outputs.extend(self._lights.step(t, pointed.xy if self.feedback else None, self.states))
         return outputs
+
+    def _spotted(self, pointed: Pointed) -> list[Output]:
+        """Keep the spot for those who follow it; without one they are stopped."""
+        had, self._spot = self._spot, pointed.xy
+        if pointed.xy is None and had is not None:
+            return self._steering.unsteer(pointed.t, f"no spot: {pointed.refused}")
+        return []
 
     def _choose(self, t: float, pointer: Pointer, how: str) -> list[Output]:
         chosen = pointer.selected(t, how)
@@ -142,46 +191,32 @@ class Conductor:
         if not self.feedback and pointer.learn(chosen, self.states):
             outputs.append(pointer.place.calibrated())
         if chosen.robot is not None:
+            self._choice.add(t, chosen.robot)
             self._lights.flash(chosen.robot, t + _FLASH)
         return outputs
 
     def _tap(self, tap: Tap) -> list[Output]:
+        """A band's button: once chooses what is pointed at, three times or more stops the robots."""
+        if tap.count >= STOP_TAPS:
+            return self._stop(tap.t, f"{tap.source}: {tap.count} taps")
         if self._pointer is None or not self._pointer.tap():
             return []
         return self._choose(tap.t, self._pointer, "tap")
 
-    def _robot(self, state: RobotState) -> list[Output]:
-        known = self.states.get(state.robot)
-        self.states[state.robot] = state
-        if state.held and (known is None or not known.held):
-            self._errands.goals.pop(state.robot, None)
-            return self._safely([Stop(state.t, state.robot, "lifted or off the sheet")])
-        return []
-
     def _press(self, press: Press) -> list[Output]:
         match press.name:
             case "setup":
-                self._pointer = None
-                self._behaviours.cancel()
-                return self._setup.begin(press.t)
+                self._pointer, self._spot = None, None
+                halted = self._steering.halt(press.t, "the set-up begins")
+                self._steering.filter.release(self.settings.robots[:1])
+                return [*halted, *self._setup.begin(press.t)]
             case "feedback":
                 self.feedback = press.value == "on"
                 return list(self._lights.step(press.t, None, self.states)) if not self.feedback else []
-            case "behaviour":
-                return self._behave(press.t, press.value, "asked for")
             case "stop" | "quit":
                 return self._stop(press.t, press.name)
-            case "resume":
-                self._filter.resume()
-                return [Say(press.t, "Robots may move again", "")]
-        return []
+        return press_robots(self._steering, press, self._user())
 
     def _stop(self, t: float, why: str) -> list[Output]:
-        self._behaviours.cancel()
-        self._errands.cancel()
         self._setup.cancel()
-        return self._safely([Stop(t, None, why)])
-
-    def _safely(self, commands: list[Command]) -> list[Output]:
-        passed = (self._filter.admit(command, self.states) for command in commands)
-        return [command for command in passed if command is not None]
+        return self._steering.stop(t, why)

@@ -29,6 +29,10 @@ one lit light tells a sixth of a turn."""
 CORRECTING = 0.8
 """Seconds in which a user who sees the cursor takes away most of what was wrong: 0.2 to see, 0.3 to move, twice."""
 
+EXPIRED_DEG = 15
+EXPIRED = math.radians(EXPIRED_DEG)
+"""Standard deviation of the heading [rad] beyond which the calibration has expired: 7.5 min without a selection."""
+
 _REACHING = 1.0
 """Rate [rad/s] of a reach; a correction stays below it."""
 
@@ -63,6 +67,8 @@ class Pointer:
         ray = self._ray(t)
         if ray is None:
             return self._refuse(t, "the band is not set up"), False
+        if self.place.covariance[3, 3] > EXPIRED**2:
+            return self._refuse(t, f"expired: the heading may be off by {EXPIRED_DEG} degrees; set up again"), False
         meant, noise = self.place.aimed(ray[1])
         place, height = self.place.now(noise), self.settings.light_height_m
         lights, ground = spot(place, ray[0], meant, -height), spot(place, ray[0], meant, 0.0)

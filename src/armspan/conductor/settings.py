@@ -7,7 +7,7 @@ import msgspec
 from armspan.errors import ConfigError, known_names
 from armspan.pointing.selection import SelectionSettings
 from armspan.records import MODELS, Arm, Body, Model, Quaternion, Sheet, Vec2, Zone
-from armspan.swarm.behaviours import DICTIONARY
+from armspan.swarm.director import DICTIONARY
 from armspan.swarm.limits import Limits
 
 
@@ -30,6 +30,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     ``posture`` is how users are asked to hold the arm; a natural arm bends, and a single band cannot see it.
     ``gestures`` is the dictionary gesture -> behaviour; ``dice`` seeds behaviours that walk at random.
+    For ``choice_s`` after robots were chosen by pointing, a gesture commands only these.
     """
 
     body: Body
@@ -48,6 +49,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     feedback: bool = False
     gestures: dict[str, str] = msgspec.field(default_factory=DICTIONARY.copy)
     dice: int = 0
+    choice_s: float = 8.0
 
     def __post_init__(self) -> None:
         _check_names("band", [band.name for band in self.bands])
@@ -55,6 +57,8 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         _check_names("zone", [zone.name for zone in self.zones])
         if self.model is not None and self.model not in MODELS:
             raise ConfigError(known_names("Model", self.model, MODELS))
+        if not self.bands:
+            return  # a room of robots only, in which nobody points
         segments = [band.segment for band in self.bands if (band.arm or self.body.arm) == self.body.arm]
         others = [band.segment for band in self.bands if (band.arm or self.body.arm) != self.body.arm]
         if others not in ([], ["forearm"]):

@@ -2,7 +2,7 @@
 
 import math
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import Any, Literal
 
@@ -16,7 +16,7 @@ from armspan.config.recordings import UNIT_TOLERANCE
 from armspan.errors import ConfigError, known_names
 from armspan.pointing.selection import SelectionSettings
 from armspan.records import Arm, Body, Model, Quaternion, Sheet, Vec2, Zone
-from armspan.swarm.behaviours import BEHAVIOURS, DICTIONARY
+from armspan.swarm.director import DICTIONARY, STOP, behaviour_name
 from armspan.swarm.limits import Limits
 
 
@@ -96,9 +96,13 @@ class ZoneEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class GestureEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Arm gestures: the ``model`` of `armspan train` that knows them, and which behaviour each begins."""
+    """Arm gestures: the ``model`` of `armspan train` that knows them, and which behaviour each begins.
+
+    A gesture commands the robots that were chosen by pointing in the ``choice_s`` before it, or else all.
+    """
 
     model: str | None = None
+    choice_s: float = 8.0
     behaviours: dict[str, str] = msgspec.field(default_factory=DICTIONARY.copy)
 
 
@@ -145,6 +149,7 @@ class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             feedback=self.feedback,
             gestures=self.gestures.behaviours,
             dice=self.simulation.seed,
+            choice_s=self.gestures.choice_s,
         )
 
 
@@ -237,9 +242,7 @@ def _check(room: RoomFile, robots: bool) -> None:
     for band in room.bands:
         _check_band(band)
     _check_simulation(room)
-    for label, behaviour in room.gestures.behaviours.items():
-        if behaviour not in BEHAVIOURS:
-            raise ConfigError(f"gestures.behaviours.{label}: {known_names('behaviour', behaviour, BEHAVIOURS)}")
+    _check_gestures(room.gestures, {zone.name for zone in room.zones})
     if room.stops_m and len(room.stops_m) < 3:
         raise ConfigError(
             f"stops_m has {len(room.stops_m)} stops; the set-up needs three that are not on one line, better four"
@@ -248,6 +251,22 @@ def _check(room: RoomFile, robots: bool) -> None:
         raise ConfigError("[body] is missing: a real person's measures are needed")
     # Names, segments and the model are checked there.
     room.settings(_ANYBODY if room.body is None else body_from_table(room.body, "the room"))
+
+
+def _check_gestures(gestures: GestureEntry, zones: Collection[str]) -> None:
+    named = {}
+    for label, behaviour in gestures.behaviours.items():
+        name, _, zone = behaviour.partition("@")
+        try:
+            named[label] = behaviour_name(name)
+        except ConfigError as error:
+            raise ConfigError(f"gestures.behaviours.{label}: {error}") from None
+        if "@" in behaviour and zone not in zones:
+            raise ConfigError(f"gestures.behaviours.{label}: {known_names('zone', zone, zones)}")
+    if STOP not in named.values():
+        raise ConfigError(
+            f"gestures.behaviours maps no gesture to {STOP!r}; one must always stop the robots: add stop = {STOP!r}"
+        )
 
 
 def _check_place(what: str, xy: Vec2, sheet: Sheet) -> None:

@@ -5,14 +5,16 @@ x. The person sees robots, zones and lights, hears words, and moves; nothing els
 """
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from armspan.frames import polygon_middle
-from armspan.records import COMMANDS, Calibrated, Event, Press, Record, Say, Selected, Tick, Vec2, Zone
+from armspan.records import COMMANDS, Calibrated, Event, Press, Record, RobotState, Say, Selected, Tick, Vec2, Zone
 from armspan.simulation.bands import VirtualBand
+from armspan.simulation.discs import IdealDiscs
 from armspan.simulation.gesture_script import Agenda
 from armspan.simulation.person import VirtualPerson
 from armspan.simulation.reading import Array, read_cursor
@@ -20,7 +22,13 @@ from armspan.simulation.robots import VirtualRobots
 from armspan.simulation.script import Phase, Target
 from armspan.simulation.second_arm import TwoArmedPerson
 
+Spy: TypeAlias = Callable[[float, Array], None]
+"""Hears the robots' true places (n, 2) [m] in ``sheet`` at ``t`` [s]."""
+
 TICK = 0.05
+SPIED = 5
+"""How often in a tick the true places are told to a spy: every 10 ms."""
+
 EYE_DELAY = 0.2
 """Seconds from a light to the hand's answer."""
 
@@ -49,13 +57,14 @@ class World:
         self,
         person: VirtualPerson | None,
         bands: Sequence[VirtualBand],
-        robots: VirtualRobots,
+        robots: VirtualRobots | IdealDiscs,
         zones: Mapping[str, Vec2],
         script: Agenda,
         rng: np.random.Generator,
         *,
         table_height: float = 0.75,
         light_height: float = 0.045,
+        spy: Spy | None = None,
     ) -> None:
         self.person, self.bands, self.robots, self.script = person, list(bands), robots, script
         self.zones, self.table_height, self.light_height = dict(zones), table_height, light_height
@@ -70,6 +79,7 @@ class World:
         self._heading: float | None = None
         self.truth: Truth | None = None
         self._told = 0
+        self._spy, self._spied = spy, 0
 
     @property
     def ended(self) -> bool:
@@ -100,7 +110,7 @@ class World:
         for cue in self.script.cues:
             self._act(t, cue)
         self.script.cues.clear()
-        for arrived, state in self.robots.advance(t):
+        for arrived, state in self._drive(t):
             self._post(arrived, state)
         self._look(t)
         if self.person is not None:
@@ -113,6 +123,15 @@ class World:
         here = [item for item in self._arriving if item[0] <= t + 1e-9]
         self._arriving = [item for item in self._arriving if item[0] > t + 1e-9]
         return [event for _, _, event in sorted(here, key=lambda item: item[:2])]
+
+    def _drive(self, t: float) -> list[tuple[float, RobotState]]:
+        """What the robots told up to ``t``; a spy hears on the way where they truly are."""
+        told: list[tuple[float, RobotState]] = []
+        while self._spy is not None and (at := self._spied * TICK / SPIED) <= t + 1e-9:
+            told.extend(self.robots.advance(at))
+            self._spy(at, self.robots.truth()[0])
+            self._spied += 1
+        return told + self.robots.advance(t)
 
     def _post(self, arrived: float, event: Event | Press) -> None:
         self._arriving.append((arrived, self._number, event))
@@ -167,10 +186,12 @@ class World:
 
     def _look(self, t: float) -> None:
         """What the eyes take in: the target when it moves, the lights when the person is to use them."""
+        if self.person is None or isinstance(self.robots, IdealDiscs):
+            return  # no eyes, or no lights
         self._seen.append((t, self.robots.lights()))
         while len(self._seen) > 1 and self._seen[1][0] <= t - EYE_DELAY:
             self._seen.popleft()
-        if self.person is None or self._target is None or self._last_seen is None:
+        if self._target is None or self._last_seen is None:
             return
         here = self._place(self._target)
         if np.linalg.norm(here - self._last_seen) > 0.002:

@@ -1,0 +1,350 @@
+"""``armspan swarm``: a behaviour on simulated robots, and what it showed."""
+
+import argparse
+import asyncio
+import math
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from rich.console import Console
+from rich.table import Table
+
+from armspan import __version__
+from armspan.cli.demo import count, seed
+from armspan.cli.play import make_folder, stop_on_signals, talk
+from armspan.cli.run import positive
+from armspan.config.room_file import ZoneEntry, read_room
+from armspan.config.swarm_act import Act, drive, simulate
+from armspan.config.swarm_run import PLANTS, STARTS, SwarmRun, Wanted, run_in_room, swarm_run
+from armspan.devices.cellulo.emulator import addresses
+from armspan.errors import ConfigError, DataError
+from armspan.log import LogWriter
+from armspan.ports import Sink
+from armspan.records import Sheet, Vec2
+from armspan.study.swarm_picture import draw_swarm
+from armspan.swarm.director import DICTIONARY, MAKERS, STOP
+
+SHEET, RELAY_SHEET = Sheet(1.0, 1.0), Sheet(0.8, 0.6)
+"""The sheet where none is told: the anchors' square metre, and the emulated robots'."""
+
+ROBOTS = 4
+PLANT, START = PLANTS[0], STARTS[0]
+
+
+def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
+    """Add the verb and its options."""
+    parser = subparsers.add_parser(
+        "swarm",
+        help="run a behaviour on simulated robots, and measure it",
+        description="Run a behaviour of the swarm on simulated robots as fast as it goes, or on Cellulo robots behind "
+        "a relay in real time, through the same safety filter as everything else. Write places as X,Y in metres from "
+        "the sheet's corner, negative ones as --user=-0.2,0.5.",
+    )
+    parser.add_argument("behaviour", nargs="?", metavar="BEHAVIOUR", help="see --list; sweep@ZONE covers one zone")
+    parser.add_argument("--list", action="store_true", help="tell all behaviours, and which gesture begins which")
+    parser.add_argument("--robots", type=count, metavar="N", help=f"default: {ROBOTS}")
+    parser.add_argument("--seconds", type=positive, default=60.0, metavar="S", help="default: %(default)s")
+    parser.add_argument("--seed", type=seed, default=0, metavar="K", help="default: %(default)s")
+    parser.add_argument(
+        "--latency-ms", type=latency, default=0.0, metavar="L", help="added each way; default: %(default)s"
+    )
+    parser.add_argument("--plant", choices=PLANTS, help=f"virtual robots, or ideal discs of 75 mm; default: {PLANT}")
+    parser.add_argument("--sheet", type=size, metavar="WxH", help="in metres; default: 1x1, with --relay 0.8x0.6")
+    parser.add_argument("--start", choices=STARTS, help=f"where the robots begin; default: {START}")
+    parser.add_argument(
+        "--zone", type=polygon, action="append", metavar="'X,Y X,Y X,Y'", help="the area to cover; several to patrol"
+    )
+    parser.add_argument(
+        "--point", type=place, action="append", metavar="X,Y", help="the pointed spot; told again, it moves on there"
+    )
+    parser.add_argument("--user", type=place, metavar="X,Y", help="where the user stands, for come")
+    parser.add_argument("--room", type=Path, metavar="ROOM.toml", help="take sheet, zones, limits and robots from it")
+    parser.add_argument("--relay", type=address, metavar="HOST:PORT", help="drive Cellulo robots behind EPFL's relay")
+    parser.add_argument("--macs", type=_words, metavar="MAC,...", help="their addresses; default: the emulator's")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="paths and covered area as a PNG")
+    parser.add_argument("--log", type=Path, metavar="FILE", help="keep the session as MCAP")
+    parser.add_argument("--overwrite", action="store_true", help="replace the log and the picture if they exist")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.set_defaults(run=run)
+
+
+# --- what is told on the command line --------------------------------------------------------------------
+
+
+def _refused(text: str, what: str) -> argparse.ArgumentTypeError:
+    return argparse.ArgumentTypeError(f"{text!r} is not {what}")
+
+
+def _pair(text: str, mark: str, what: str) -> Vec2:
+    try:
+        first, second = map(float, text.split(mark))
+    except ValueError:
+        raise _refused(text, what) from None
+    if not (math.isfinite(first) and math.isfinite(second)):
+        raise _refused(text, what)
+    return first, second
+
+
+def place(text: str) -> Vec2:
+    """A place as 0.2,0.5 for argparse."""
+    return _pair(text, ",", "a place in metres such as 0.2,0.5")
+
+
+def polygon(text: str) -> tuple[Vec2, ...]:
+    """A polygon's corners as "0.1,0.1 0.4,0.1 0.4,0.5" for argparse."""
+    return tuple(place(corner) for corner in text.split())
+
+
+def size(text: str) -> Sheet:
+    """A sheet as 0.8x0.6 for argparse."""
+    width, height = _pair(text, "x", "a size in metres such as 0.8x0.6")
+    if not (0.05 <= width <= 20 and 0.05 <= height <= 20):
+        raise _refused(text, "a size between 0.05 and 20 metres each way")
+    return Sheet(width, height)
+
+
+def latency(text: str) -> float:
+    """A latency [ms] for argparse."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value <= 450:
+        raise _refused(text, "a latency from 0 to 450 milliseconds")
+    return value
+
+
+def address(text: str) -> tuple[str, int]:
+    """A relay's host and port for argparse."""
+    host, _, port = text.rpartition(":")
+    if not (host and port.isdecimal() and 0 < int(port) < 65536):
+        raise _refused(text, "a relay such as 127.0.0.1:2556")
+    return host, int(port)
+
+
+def _words(text: str) -> tuple[str, ...]:
+    return tuple(word.strip() for word in text.split(","))
+
+
+def run_of(args: argparse.Namespace) -> SwarmRun:
+    """The run that is asked for (ConfigError)."""
+    if args.behaviour is None:
+        raise ConfigError("no behaviour is named; `armspan swarm --list` tells them")
+    _check_together(args)
+    sheet = args.sheet or (RELAY_SHEET if args.relay else SHEET)
+    wanted = Wanted(
+        behaviour=args.behaviour,
+        robots=args.robots or (len(args.macs) if args.macs else ROBOTS),
+        seconds=args.seconds,
+        seed=args.seed,
+        plant=args.plant or PLANT,
+        latency=args.latency_ms / 1000,
+        sheet=sheet,
+        start=args.start or ("grid" if args.relay else START),
+        zones=tuple(ZoneEntry(f"zone-{k}", corners) for k, corners in enumerate(args.zone or (), 1)),
+        points=tuple(args.point or ()),
+        user=args.user,
+    )
+    return swarm_run(wanted) if args.room is None else run_in_room(wanted, read_room(args.room))
+
+
+def _check_together(args: argparse.Namespace) -> None:
+    """Refuse options that say the same thing twice, or that nobody would heed."""
+    for one, others in (("room", ("sheet", "zone", "robots", "start", "relay")), ("relay", ("start", "plant"))):
+        for other in others:
+            if getattr(args, one) is not None and getattr(args, other) is not None:
+                raise ConfigError(f"--{one} and --{other} do not go together: leave one out")
+    if args.macs and not args.relay:
+        raise ConfigError("--macs are addresses behind a relay: tell which with --relay HOST:PORT")
+    if args.macs and args.robots not in (None, len(args.macs)):
+        raise ConfigError(f"--macs has {len(args.macs)} addresses for {args.robots} robots: give one to each")
+    if args.log and args.picture and args.log.resolve() == args.picture.resolve():
+        raise ConfigError(f"{args.picture} would be both the log and the picture: give them different names")
+    for path, what in ((args.picture, "picture"), (args.log, "log")):
+        if path is not None and path.is_dir():
+            raise ConfigError(f"{path} is a folder: name a file for the {what}")
+        if path is not None and path.exists() and path.stat().st_size and not args.overwrite:
+            raise ConfigError(f"{path} exists: name another {what}, or replace it with --overwrite")
+
+
+# --- the run ---------------------------------------------------------------------------------------------
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run the behaviour and say what it showed."""
+    if args.list:
+        _tell_all(args.json)
+        return 0
+    act = Act(run_of(args))
+    for path in (args.picture, args.log):
+        if path is not None:
+            make_folder(path.parent)
+    _play(act, args)
+    document = document_of(act, args)
+    if args.picture:
+        draw_swarm(args.picture, act.account, act.run.settings.zones, _title(document))
+    if args.json:
+        print(msgspec.json.encode(document).decode())
+    else:
+        print_run(document)
+    return 0
+
+
+def _play(act: Act, args: argparse.Namespace) -> None:
+    """Play the run; on Ctrl-C and SIGTERM the robots are stopped first (KeyboardInterrupt)."""
+    with ExitStack() as stack:
+        sinks: list[Sink] = [talk]
+        if args.log:
+            sinks.append(stack.enter_context(LogWriter(args.log, _header(act), overwrite=True)))
+        try:
+            asyncio.run(_until_told(act, args, sinks))
+        except asyncio.CancelledError:
+            print("the robots were stopped", file=sys.stderr)
+            raise KeyboardInterrupt from None
+
+
+async def _until_told(act: Act, args: argparse.Namespace, sinks: Sequence[Sink]) -> None:
+    if args.relay:
+        macs = args.macs or addresses(len(act.run.settings.robots))
+        host, port = args.relay
+        task = asyncio.ensure_future(drive(act, host, port, macs, sinks))
+    else:
+        task = asyncio.ensure_future(simulate(act, sinks))
+    stop_on_signals(task)
+    await task
+
+
+def _header(act: Act) -> dict[str, object]:
+    settings = msgspec.to_builtins(act.run.settings)
+    return {"armspan": __version__, "epoch_ns": 0, "settings": settings, "behaviour": act.run.behaviour}
+
+
+# --- what it showed --------------------------------------------------------------------------------------
+
+
+def document_of(act: Act, args: argparse.Namespace) -> dict[str, Any]:
+    """The run's settings and its account, JSON-able."""
+    if not len(act.account.times):
+        raise DataError("no robot's place was taken; run for longer")
+    wanted, limits = act.run.wanted, act.run.settings.limits
+    finished = None if act.finished is None or act.began is None else round(act.finished - act.began, 3)
+    return {
+        "behaviour": act.run.behaviour,
+        "seed": wanted.seed,
+        "plant": "relay" if args.relay else wanted.plant,
+        "simulated": not args.relay,
+        "latency_ms": round(1000 * wanted.latency, 3),
+        "sheet_m": [wanted.sheet.width_m, wanted.sheet.height_m],
+        "start": "room" if args.room else "relay" if args.relay else wanted.start,
+        "limits": msgspec.to_builtins(limits),
+        "finished_s": finished,
+        **act.account.document(),
+        **{name: str(path) for name in ("log", "picture") if (path := getattr(args, name))},
+    }
+
+
+def _title(document: dict[str, Any]) -> str:
+    width, height = document["sheet_m"]
+    plant = {"cellulo": "virtual Cellulo", "disc": "ideal disc", "relay": "Cellulo"}[document["plant"]]
+    robots = f"{document['robots']} {plant}{'' if document['robots'] == 1 else 's'}"
+    late = f", {document['latency_ms']:g} ms late" if document["latency_ms"] else ""
+    how = f"seed {document['seed']}, simulated" if document["simulated"] else "in real time"
+    return f"{document['behaviour']}: {robots} on {width:g} x {height:g} m for {document['seconds']:.0f} s{late}, {how}"
+
+
+def print_run(document: dict[str, Any]) -> None:
+    """Print a run's document as a table on stdout, and a verdict."""
+    table = Table(title=_title(document), show_header=False, title_justify="left")
+    table.add_column(style="bold")
+    table.add_column()
+    for row in _rows(document):
+        table.add_row(*row)
+    console = Console()
+    console.print(table)
+    console.print(_verdict(document))
+
+
+def _rows(document: dict[str, Any]) -> list[tuple[str, str]]:
+    covered, paths = document["coverage"], list(document["path_m"]["robots"].values())
+    rows = [
+        (
+            "Covered",
+            f"{_percent(covered['share_end'])}; a robot's middle can be where {_percent(covered['coverable'])} "
+            f"can be covered; {_percent(covered['overlap'])} more than once",
+        ),
+        ("Covered, of all", _times(covered)),
+        ("Covered, of what can be", _times(covered["of_coverable"])),
+    ]
+    if document["locational_cost"] is not None:
+        rows.append(("Locational cost", f"{document['locational_cost']:.4f} (of the area squared)"))
+    rows.append(("Paths", f"{document['path_m']['total']:.2f} m in all, {min(paths):.2f} to {max(paths):.2f} m each"))
+    if document["min_gap_mm"] is not None:
+        rows.append(("Least gap", f"{document['min_gap_mm']:.1f} mm at {document['min_gap_t']:.1f} s"))
+    stuck = document["deadlocks"]
+    rows.append(("Stuck robots", "not known: the run is too short" if stuck is None else str(stuck)))
+    rows.append(("Collisions", str(document["collisions"])))
+    rows.append(("Violations", _violations(document["violations"])))
+    if document["finished_s"] is not None:
+        rows.append(("Finished after", f"{document['finished_s']:.1f} s"))
+    return rows + [(name.capitalize(), document[name]) for name in ("log", "picture") if name in document]
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.1f} %"
+
+
+def _times(covered: dict[str, Any]) -> str:
+    def when(t: float | None) -> str:
+        return "never" if t is None else f"{t:.1f} s"
+
+    return ", ".join(f"{share} % {when(covered[f't{share}'])}" for share in (50, 90, 95, 99))
+
+
+def _violations(kinds: dict[str, int]) -> str:
+    return ", ".join(f"{number} x {kind}" for kind, number in kinds.items()) or "0"
+
+
+def _verdict(document: dict[str, Any]) -> str:
+    wrong = [
+        f"{number} {what}"
+        for what, number in (
+            ("collisions", document["collisions"]),
+            ("robots stuck", document["deadlocks"]),
+            ("violations", sum(document["violations"].values())),
+        )
+        if number
+    ]
+    done = document["finished_s"]
+    went = "went on to the end" if done is None else f"was done after {done:.1f} s"
+    return f"{document['behaviour']} {went}, " + (
+        f"with {', '.join(wrong)}." if wrong else "without a collision, a stuck robot or a violation."
+    )
+
+
+def _tell_all(as_json: bool) -> None:
+    """All behaviours with a line each, and the dictionary of gestures."""
+    lines = {STOP: "All robots stop, latched: nothing moves until an explicit resume."} | {
+        name: _first_line(maker) for name, maker in MAKERS.items()
+    }
+    if as_json:
+        print(msgspec.json.encode({"behaviours": lines, "gestures": DICTIONARY}).decode())
+        return
+    for title, words in (("Behaviours", lines), ("Gestures, where a room does not say otherwise", DICTIONARY)):
+        table = Table(title=title, show_header=False, title_justify="left")
+        table.add_column(style="bold", no_wrap=True)
+        table.add_column()
+        for row in words.items():
+            table.add_row(*row)
+        Console().print(table)
+
+
+def _first_line(maker: object) -> str:
+    made = maker.func if isinstance(maker, partial) else maker
+    line = (made.__doc__ or "").strip().splitlines()[0]
+    extra = maker.keywords if isinstance(maker, partial) else {}
+    return line + (f" ({', '.join(f'{name} = {value}' for name, value in extra.items())})" if extra else "")

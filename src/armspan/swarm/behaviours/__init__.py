@@ -1,0 +1,1 @@
+"""What several robots do together: one file each, all of one shape (`protocol.Behaviour`)."""

@@ -1,0 +1,121 @@
+"""What stops robots, as the conductor decides it: the arm, its bands, its calibration."""
+
+import numpy as np
+import pytest
+
+from armspan.conductor import pointer
+from armspan.conductor.choice import Choice
+from armspan.records import GoTo, Link, Pointed, Say, Selected, Stop, Tap
+from puppet import Puppet
+
+
+def moving(outputs):
+    return {output.robot for output in outputs if isinstance(output, GoTo)}
+
+
+@pytest.fixture
+def walking():
+    """Set up, and both robots walking at random."""
+    puppet = Puppet().set_up()
+    puppet.press("behaviour", "random-walk")
+    assert moving(puppet.run(0.5)) == {"ash", "elm"}
+    return puppet
+
+
+def stops(outputs):
+    return [output for output in outputs if isinstance(output, Stop)]
+
+
+def test_a_silent_band_stops_all_robots_within_a_third_of_a_second_and_nothing_resumes(walking):
+    since, walking.silent = walking.t, True
+    told = stops(walking.run(1))
+    assert {stop.robot for stop in told} == {"ash", "elm"}
+    assert {stop.why for stop in told} == {"nothing heard of wrist"}
+    assert max(stop.t for stop in told) - since <= 0.31
+    walking.silent = False
+    assert moving(walking.run(3)) == set()
+    walking.press("behaviour", "gather")
+    assert moving(walking.run(0.5)) == {"ash", "elm"}
+
+
+def test_a_band_out_of_reach_stops_all_robots(walking):
+    told = walking.tell(Link(walking.t, "wrist", False))
+    assert {stop.robot for stop in stops(told)} == {"ash", "elm"}
+    assert told[-1] == Say(walking.t, "wrist is out of reach", "")
+    assert moving(walking.run(1)) == set()
+
+
+def test_three_taps_stop_all_robots_one_does_not(walking):
+    assert stops(walking.tell(Tap(walking.t, "wrist", 1))) == []
+    (stop,) = stops(walking.tell(Tap(walking.t, "wrist", 3)))
+    assert stop.robot is None
+    assert moving(walking.run(1)) == set()
+
+
+def test_the_set_up_is_broken_off_when_its_robot_is_lifted():
+    puppet = Puppet()
+    puppet.press("setup")
+    puppet.run(30, until=GoTo)
+    puppet.held.add("ash")
+    said = [output for output in puppet.run(1) if isinstance(output, Say)]
+    assert [say.text for say in said] == ["The set-up was broken off (ash: lifted or off the sheet); begin it again"]
+    puppet.held.clear()
+    assert moving(puppet.run(2)) == set()
+    puppet.set_up()  # begins again
+
+
+def test_robots_that_follow_the_arm_stop_when_its_calibration_expires(monkeypatch):
+    puppet = Puppet().set_up()
+    puppet.point_at("elm")
+    puppet.press("behaviour", "follow:ash")
+    assert "ash" in moving(puppet.run(1.5))
+    monkeypatch.setattr(pointer, "EXPIRED", 0.0)
+    told = puppet.run(0.5)
+    refused = [output.refused for output in told if isinstance(output, Pointed)]
+    assert all("expired: the heading may be off by 15 degrees; set up again" in why for why in refused)
+    (stop,) = stops(told)
+    assert stop.robot == "ash"
+    assert "expired" in stop.why
+    monkeypatch.undo()
+    assert moving(puppet.run(1)) == set()
+
+
+def test_a_calibration_expires_by_itself_where_nothing_is_chosen():
+    puppet = Puppet().set_up()
+    deviation = []
+    for _ in range(9):
+        puppet.run(60)
+        deviation.append(np.degrees(np.sqrt(puppet.conductor._pointer.place.covariance[3, 3])))
+    assert deviation[3] < 15 < deviation[-1]
+    assert "expired" in puppet.of(Pointed)[-1].refused
+
+
+def test_the_swarm_follows_where_the_arm_points():
+    puppet = Puppet().set_up()
+    puppet.robots["elm"] = (0.7, 0.45)
+    puppet.point_at("elm")
+    puppet.press("behaviour", "follow:ash")
+    before = np.hypot(*np.subtract(puppet.robots["ash"], (0.7, 0.45)))
+    puppet.run(4)
+    after = np.hypot(*np.subtract(puppet.robots["ash"], (0.7, 0.45)))
+    assert after < before - 0.05
+    assert after >= 0.1 - 1e-6  # elm stands there
+
+
+def test_a_chosen_robot_is_the_only_one_that_the_next_gesture_is_for():
+    puppet = Puppet().set_up()
+    puppet.point_at("elm")
+    puppet.run(4, until=Selected)
+    said = puppet.conductor._behave(puppet.t, "random-walk", "gesture mixing")
+    assert said[-1].text == "gesture mixing: random-walk (elm)"
+    assert moving(puppet.run(0.5)) == {"elm"}
+    said = puppet.conductor._behave(puppet.t, "gather", "gesture raise_both")
+    assert said[-1].text == "gesture raise_both: gather"  # a choice counts once
+
+
+def test_a_choice_is_forgotten_after_a_while():
+    choice = Choice(8.0)
+    choice.add(0.0, "ash")
+    choice.add(5.0, "elm")
+    assert choice.take(9.0) == ["elm"]
+    assert choice.take(9.1) == []

@@ -1,0 +1,113 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from armspan.records import RobotState, Sheet
+from armspan.swarm.behaviours.potential import Potential, capped, edge_forces, push, robot_forces, slowed
+from armspan.swarm.behaviours.protocol import Stage
+from armspan.swarm.limits import Limits
+
+DT = 0.05
+
+
+def stage(size=1.0):
+    return Stage(Sheet(size, size), Limits(), np.random.default_rng(0))
+
+
+def states_of(t, places):
+    return {name: RobotState(t, name, (float(xy[0]), float(xy[1])), 0.0) for name, xy in places.items()}
+
+
+def run(behaviour, places, seconds, t=0.0):
+    while t < seconds and not behaviour.done:
+        for wish in behaviour.step(t, states_of(t, places), None):
+            assert math.hypot(*wish.velocity) <= 0.15 + 1e-9
+            assert (wish.turn, wish.until) == (0.0, pytest.approx(t + 0.3))
+            places[wish.robot] = places[wish.robot] + DT * np.array(wish.velocity)
+        t += DT
+    return t
+
+
+def test_the_push_in_the_labs_units():
+    """500000 kg mm³/s² at 100 mm is 50 kg mm/s², at 200 mm 12.5; mu = 1 kg/s makes mm/s of them."""
+    assert push(np.array([0.1, 0.2, 0.3]), 5e-4) == pytest.approx([0.050 - 0.0125, 0.0, 0.0])
+
+
+def test_forces_by_hand():
+    """Two robots 0.1 m apart push each other straight apart; the third sees nobody."""
+    places = np.array([[0.4, 0.5], [0.5, 0.5], [0.8, 0.5]])
+    assert robot_forces(places, 5e-4) == pytest.approx(np.array([[-0.0375, 0.0], [0.0375, 0.0], [0.0, 0.0]]))
+    corner = np.array([[0.1, 0.95]])
+    expected = [[0.0375, -(5e-4 / 0.05**2 - 0.0125)]]
+    assert edge_forces(corner, np.array([1.0, 1.0]), 5e-4) == pytest.approx(np.array(expected))
+
+
+def test_a_constant_force_ends_in_its_terminal_speed():
+    """m / mu is 0.2 s: after that long 63 % of F / mu, whatever the step."""
+    force = np.array([[0.05, 0.0]])
+    once = slowed(np.zeros((1, 2)), force, 0.2)
+    assert once[0, 0] == pytest.approx(0.05 * (1 - math.exp(-1)))
+    twice = slowed(slowed(np.zeros((1, 2)), force, 0.1), force, 0.1)
+    assert twice == pytest.approx(once)
+    assert capped(np.array([[0.3, 0.4], [0.0, 0.0]]), 0.15) == pytest.approx(np.array([[0.09, 0.12], [0.0, 0.0]]))
+
+
+@pytest.mark.parametrize("count", [4, 9, 16])
+def test_a_heap_spreads_out_and_comes_to_rest(count):
+    rng = np.random.default_rng(count)
+    places = {f"r{i:02d}": rng.uniform(0.4, 0.6, 2) for i in range(count)}
+    behaviour = Potential(stage(), states_of(0.0, places))
+    run(behaviour, places, 60.0)
+    assert behaviour.done
+    stops = np.array(list(places.values()))
+    gaps = [math.dist(a, b) for i, a in enumerate(stops) for b in stops[:i]]
+    assert min(gaps) > 0.15
+    assert 0.15 < stops.min() < stops.max() < 0.85
+
+
+def test_two_in_one_place_part_opposite_ways():
+    places = {"a": np.array([0.5, 0.5]), "b": np.array([0.5, 0.5])}
+    behaviour = Potential(stage(), states_of(0.0, places))
+    run(behaviour, places, 10.0)
+    assert math.dist(places["a"], places["b"]) > 0.15
+    assert (places["a"] + places["b"]) / 2 == pytest.approx(np.array([0.5, 0.5]))
+
+
+def test_rest_must_last_a_second_and_ends_when_one_is_pushed():
+    places = {"a": np.array([0.3, 0.5]), "b": np.array([0.7, 0.5])}
+    behaviour = Potential(stage(), states_of(0.0, places))
+    assert run(behaviour, places, 10.0) == pytest.approx(1.1, abs=0.06)
+    places["b"] = np.array([0.35, 0.5])
+    for t in (2.0, 2.05):
+        behaviour.step(t, states_of(t, places), None)
+    assert not behaviour.done
+
+
+def test_one_that_comes_back_begins_at_rest():
+    places = {"a": np.array([0.5, 0.5]), "b": np.array([0.55, 0.5])}
+    behaviour = Potential(stage(), states_of(0.0, places))
+    run(behaviour, places, 0.5)
+    alone = states_of(0.5, {"a": places["a"]})
+    assert [wish.robot for wish in behaviour.step(0.5, alone, None)] == ["a"]
+    apart = states_of(0.5, {"a": places["a"], "b": np.array([0.9, 0.9])})
+    back = {wish.robot: wish.velocity for wish in behaviour.step(0.5, apart, None)}
+    assert back["b"] == (0.0, 0.0)
+
+
+def test_without_robots_nothing_is_done():
+    behaviour = Potential(stage(), {})
+    for t in (0.0, 1.0, 2.0):
+        assert behaviour.step(t, {}, None) == []
+    assert not behaviour.done
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(st.lists(st.tuples(st.floats(-0.1, 1.1), st.floats(-0.1, 1.1)), min_size=1, max_size=12))
+def test_wishes_are_finite_and_capped_wherever_robots_are(places):
+    named = {f"r{i:02d}": np.array(xy) for i, xy in enumerate(places)}
+    behaviour = Potential(stage(), states_of(0.0, named))
+    run(behaviour, named, 0.5)
+    assert all(np.isfinite(xy).all() for xy in named.values())
