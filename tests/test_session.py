@@ -15,7 +15,9 @@ from armspan.records import (
     Say,
     Sheet,
     Stop,
+    Tap,
     Tick,
+    Touch,
 )
 from armspan.session import QUEUE, FastPace, LivePace, Session, latest
 
@@ -111,7 +113,8 @@ def test_cancelling_closes_the_sources_and_stops_the_robots():
     assert isinstance(records[-1], Stop)
 
 
-def test_a_stop_is_sent_before_anything_that_waits():
+@pytest.mark.parametrize("event", [Press(0.01, "stop"), Touch(0.01, "a", 1, "long"), Tap(0.01, "wrist", 3)])
+def test_a_stop_is_sent_before_anything_that_waits(event):
     order = []
 
     class Slow(Swarm):
@@ -119,9 +122,10 @@ def test_a_stop_is_sent_before_anything_that_waits():
             order.append(("sent", command))
 
     waiting = [RobotState(0.0, "a", (0.1, 0.1), 0.0)] * 50
-    _, _, records = play(of(*waiting, Press(0.01, "stop")), swarm=Slow())
+    _, _, records = play(of(*waiting, event), swarm=Slow())
     assert isinstance(order[0][1], Stop)
-    assert records[0] == Press(0.01, "stop")  # it took the head of the queue
+    assert records[0] == event  # it took the head of the queue
+    assert isinstance(records[1], Stop)
 
 
 def test_a_full_queue_drops_samples_only_and_counts_them():

@@ -12,6 +12,7 @@ from contextlib import AsyncExitStack, aclosing
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from armspan.conductor.conductor import STOP_TAPS
 from armspan.ports import Sink, Source, Swarm
 from armspan.records import (
     Command,
@@ -25,6 +26,8 @@ from armspan.records import (
     Press,
     Record,
     Stop,
+    Tap,
+    Touch,
     is_finite,
 )
 
@@ -66,7 +69,8 @@ class Session:
         Raises whatever a source or the swarm raised, after the robots were told to stop.
         """
         try:
-            async with asyncio.TaskGroup() as doors, AsyncExitStack() as stack:
+            # The pumps end before their sources are closed: a generator that still runs cannot be.
+            async with AsyncExitStack() as stack, asyncio.TaskGroup() as doors:
                 for source in sources:
                     await stack.enter_async_context(aclosing(source))
                 pumps = [doors.create_task(self._pump(source)) for source in sources]
@@ -97,7 +101,7 @@ class Session:
 
     async def _pump(self, source: Source) -> None:
         async for event in source:
-            if isinstance(event, Press) and event.name == "stop":
+            if is_stop(event):
                 await self.swarm.send(Stop(event.t, None, "stop"))  # at once, before anything that waits
                 self._waiting.appendleft(event)
                 self._idle.clear()
@@ -136,6 +140,17 @@ class Session:
             await self.swarm.send(Stop(self._t, None, "quit"))
         finally:
             await self._decide(Press(self._t, "quit"))
+
+
+def is_stop(event: Event) -> bool:
+    """Whether an event stops all robots, whatever else goes on: a press, a long touch, a band's button."""
+    match event:
+        case Press(name="stop" | "quit") | Touch(kind="long"):
+            return True
+        case Tap(count=count):
+            return count >= STOP_TAPS
+        case _:
+            return False
 
 
 def latest(outputs: Sequence[Record]) -> list[Command]:

@@ -7,7 +7,21 @@ import armspan
 from armspan.cli import main, parser
 from command_line import code_of, fresh
 
-VERBS = ("demo", "run", "init", "calibrate", "record", "takes", "train", "evaluate", "spot", "replay", "check")
+VERBS = (
+    "demo",
+    "run",
+    "swarm",
+    "init",
+    "calibrate",
+    "record",
+    "takes",
+    "train",
+    "evaluate",
+    "spot",
+    "replay",
+    "check",
+    "emulate",
+)
 
 
 def printed(capsys, *words):

@@ -8,11 +8,13 @@ from pathlib import Path
 import msgspec
 
 from armspan.conductor import Conductor, Settings
+from armspan.conductor.robots_only import RobotsOnly
 from armspan.config.model_files import from_header
 from armspan.config.record_room import recorder_of
 from armspan.errors import ConfigError, LogError
 from armspan.log import LogFile, read
 from armspan.records import EVENTS, Record
+from armspan.session import Mind
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -63,11 +65,16 @@ def settings_of(log: LogFile) -> Settings:
 
 
 def decisions(log: LogFile, settings: Settings) -> Iterator[Record]:
-    """What a new conductor, or a new recorder, decides for the events of a log."""
-    mind = recorder_of(log, settings) or Conductor(settings, from_header(log.header))
+    """What a new conductor, recorder or swarm's mind decides for the events of a log."""
+    mind = recorder_of(log, settings) or _mind(log, settings)
     for record in log.records:
         if isinstance(record, EVENTS):
             yield from mind.step(record)  # type: ignore[arg-type]
+
+
+def _mind(log: LogFile, settings: Settings) -> Mind:
+    """A conductor, or where there is no band the mind of `armspan swarm`."""
+    return Conductor(settings, from_header(log.header)) if settings.bands else RobotsOnly(settings)
 
 
 def first_difference(log: LogFile, settings: Settings) -> tuple[int, Record | None, Record | None] | None:

@@ -18,6 +18,7 @@ from armspan import __version__
 from armspan.cli.demo import count, seed
 from armspan.cli.play import make_folder, stop_on_signals, talk
 from armspan.cli.run import positive
+from armspan.cli.swarm_report import print_run, title
 from armspan.config.room_file import ZoneEntry, read_room
 from armspan.config.swarm_act import Act, drive, simulate
 from armspan.config.swarm_run import PLANTS, STARTS, SwarmRun, Wanted, run_in_room, swarm_run
@@ -187,7 +188,7 @@ def run(args: argparse.Namespace) -> int:
     _play(act, args)
     document = document_of(act, args)
     if args.picture:
-        draw_swarm(args.picture, act.account, act.run.settings.zones, _title(document))
+        draw_swarm(args.picture, act.account, act.run.settings.zones, title(document))
     if args.json:
         print(msgspec.json.encode(document).decode())
     else:
@@ -244,86 +245,9 @@ def document_of(act: Act, args: argparse.Namespace) -> dict[str, Any]:
         "limits": msgspec.to_builtins(limits),
         "finished_s": finished,
         **act.account.document(),
+        "stopped": dict(act.mind.steering.filter.waiting),
         **{name: str(path) for name in ("log", "picture") if (path := getattr(args, name))},
     }
-
-
-def _title(document: dict[str, Any]) -> str:
-    width, height = document["sheet_m"]
-    plant = {"cellulo": "virtual Cellulo", "disc": "ideal disc", "relay": "Cellulo"}[document["plant"]]
-    robots = f"{document['robots']} {plant}{'' if document['robots'] == 1 else 's'}"
-    late = f", {document['latency_ms']:g} ms late" if document["latency_ms"] else ""
-    how = f"seed {document['seed']}, simulated" if document["simulated"] else "in real time"
-    return f"{document['behaviour']}: {robots} on {width:g} x {height:g} m for {document['seconds']:.0f} s{late}, {how}"
-
-
-def print_run(document: dict[str, Any]) -> None:
-    """Print a run's document as a table on stdout, and a verdict."""
-    table = Table(title=_title(document), show_header=False, title_justify="left")
-    table.add_column(style="bold")
-    table.add_column()
-    for row in _rows(document):
-        table.add_row(*row)
-    console = Console()
-    console.print(table)
-    console.print(_verdict(document))
-
-
-def _rows(document: dict[str, Any]) -> list[tuple[str, str]]:
-    covered, paths = document["coverage"], list(document["path_m"]["robots"].values())
-    rows = [
-        (
-            "Covered",
-            f"{_percent(covered['share_end'])}; a robot's middle can be where {_percent(covered['coverable'])} "
-            f"can be covered; {_percent(covered['overlap'])} more than once",
-        ),
-        ("Covered, of all", _times(covered)),
-        ("Covered, of what can be", _times(covered["of_coverable"])),
-    ]
-    if document["locational_cost"] is not None:
-        rows.append(("Locational cost", f"{document['locational_cost']:.4f} (of the area squared)"))
-    rows.append(("Paths", f"{document['path_m']['total']:.2f} m in all, {min(paths):.2f} to {max(paths):.2f} m each"))
-    if document["min_gap_mm"] is not None:
-        rows.append(("Least gap", f"{document['min_gap_mm']:.1f} mm at {document['min_gap_t']:.1f} s"))
-    stuck = document["deadlocks"]
-    rows.append(("Stuck robots", "not known: the run is too short" if stuck is None else str(stuck)))
-    rows.append(("Collisions", str(document["collisions"])))
-    rows.append(("Violations", _violations(document["violations"])))
-    if document["finished_s"] is not None:
-        rows.append(("Finished after", f"{document['finished_s']:.1f} s"))
-    return rows + [(name.capitalize(), document[name]) for name in ("log", "picture") if name in document]
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:.1f} %"
-
-
-def _times(covered: dict[str, Any]) -> str:
-    def when(t: float | None) -> str:
-        return "never" if t is None else f"{t:.1f} s"
-
-    return ", ".join(f"{share} % {when(covered[f't{share}'])}" for share in (50, 90, 95, 99))
-
-
-def _violations(kinds: dict[str, int]) -> str:
-    return ", ".join(f"{number} x {kind}" for kind, number in kinds.items()) or "0"
-
-
-def _verdict(document: dict[str, Any]) -> str:
-    wrong = [
-        f"{number} {what}"
-        for what, number in (
-            ("collisions", document["collisions"]),
-            ("robots stuck", document["deadlocks"]),
-            ("violations", sum(document["violations"].values())),
-        )
-        if number
-    ]
-    done = document["finished_s"]
-    went = "went on to the end" if done is None else f"was done after {done:.1f} s"
-    return f"{document['behaviour']} {went}, " + (
-        f"with {', '.join(wrong)}." if wrong else "without a collision, a stuck robot or a violation."
-    )
 
 
 def _tell_all(as_json: bool) -> None:
@@ -334,8 +258,8 @@ def _tell_all(as_json: bool) -> None:
     if as_json:
         print(msgspec.json.encode({"behaviours": lines, "gestures": DICTIONARY}).decode())
         return
-    for title, words in (("Behaviours", lines), ("Gestures, where a room does not say otherwise", DICTIONARY)):
-        table = Table(title=title, show_header=False, title_justify="left")
+    for what, words in (("Behaviours", lines), ("Gestures, where a room does not say otherwise", DICTIONARY)):
+        table = Table(title=what, show_header=False, title_justify="left")
         table.add_column(style="bold", no_wrap=True)
         table.add_column()
         for row in words.items():

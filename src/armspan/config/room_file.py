@@ -233,12 +233,12 @@ def _check(room: RoomFile, robots: bool) -> None:
         if not 0 <= height <= most:
             raise ConfigError(f"{name} is {height}; expected metres between 0 and {most:g}")
     for zone in room.zones:
-        _check_zone(zone, room.sheet)
+        check_zone(zone, room.sheet)
     for stop in room.stops_m:
-        _check_place("the stop", stop, room.sheet)
+        check_place("the stop", stop, room.sheet)
     for robot in room.robots:
         if isinstance(robot, SimulatedRobot):
-            _check_place(f"the start of robot {robot.name!r},", robot.start_m, room.sheet)
+            check_place(f"the start of robot {robot.name!r},", robot.start_m, room.sheet)
     for band in room.bands:
         _check_band(band)
     _check_simulation(room)
@@ -269,7 +269,8 @@ def _check_gestures(gestures: GestureEntry, zones: Collection[str]) -> None:
         )
 
 
-def _check_place(what: str, xy: Vec2, sheet: Sheet) -> None:
+def check_place(what: str, xy: Vec2, sheet: Sheet) -> None:
+    """Refuse a place off the sheet (ConfigError)."""
     x, y = xy
     if not (0 <= x <= sheet.width_m and 0 <= y <= sheet.height_m):
         raise ConfigError(f"{what} ({x}, {y}) lies off the sheet of {sheet.width_m} x {sheet.height_m} m")
@@ -302,7 +303,8 @@ def _check_simulation(room: RoomFile) -> None:
         )
 
 
-def _check_zone(zone: ZoneEntry, sheet: Sheet) -> None:
+def check_zone(zone: ZoneEntry, sheet: Sheet) -> None:
+    """Refuse a zone that crosses itself, has no area or reaches off the sheet (ConfigError)."""
     if len(zone.polygon_m) < 3:
         raise ConfigError(f"zone {zone.name!r} has {len(zone.polygon_m)} corners; a polygon has three at least")
     shape = shapely.Polygon(zone.polygon_m)

@@ -8,7 +8,8 @@ import msgspec
 import numpy as np
 
 from armspan.conductor import Settings
-from armspan.config.room_file import RoomFile, SimulatedRobot, ZoneEntry, _check_place, _check_zone
+from armspan.conductor.robots_only import FAR
+from armspan.config.room_file import RoomFile, SimulatedRobot, ZoneEntry, check_place, check_zone
 from armspan.errors import ConfigError
 from armspan.frames import Array
 from armspan.records import Body, RobotState, Sheet, Vec2, Zone
@@ -97,7 +98,7 @@ def swarm_run(wanted: Wanted) -> SwarmRun:
         raise ConfigError(f"{wanted.robots} robots; expected 1 to {MOST}")
     behaviour_name(wanted.behaviour.partition("@")[0])
     for zone in wanted.zones:
-        _check_zone(zone, wanted.sheet)
+        check_zone(zone, wanted.sheet)
     limits = _limits(wanted)
     dice, turns = np.random.default_rng([wanted.seed, 1]).spawn(2)
     starts = places(wanted.start, wanted.robots, wanted.sheet, limits, dice)
@@ -126,9 +127,9 @@ def run_in_room(wanted: Wanted, room: RoomFile) -> SwarmRun:
 
 def _run(wanted: Wanted, limits: Limits, names: tuple[str, ...], starts: Array, headings: Array) -> SwarmRun:
     for point in wanted.points:
-        _check_place("the pointed spot", point, wanted.sheet)
-    if wanted.user is not None and not max(map(abs, wanted.user)) <= 20:
-        raise ConfigError(f"the user stands at {wanted.user}; expected metres from the sheet's corner, at most 20")
+        check_place("the pointed spot", point, wanted.sheet)
+    if wanted.user is not None and not all(abs(value) <= FAR for value in wanted.user):
+        raise ConfigError(f"the user stands at {wanted.user}; expected metres from the sheet's corner, at most {FAR:g}")
     zones = tuple(Zone(zone.name, zone.polygon_m) for zone in wanted.zones)
     settings = Settings(
         body=NOBODY, sheet=wanted.sheet, bands=(), robots=names, zones=zones, limits=limits, dice=wanted.seed

@@ -28,7 +28,7 @@ YIELD = 0.8
 
 PATIENCE = 1.5
 _PROGRESS = 0.02
-_THERE = 0.01
+_THERE = 0.05
 _HOME = 0.03
 _PART = 0.3
 
@@ -96,7 +96,7 @@ class Avoidance:
         pairs_ = Pairs(np.concatenate([pairs[:, 0], pairs[:, 1]]), np.concatenate([pairs[:, 1], pairs[:, 0]]))
         turned = self._keep_aside(crowd, wished, away, pairs_)
         wished = np.where(np.isnan(detour), turned, detour * crowd.speed[:, None])
-        return self._avoid(crowd, wished, pairs_, away < _HOME)
+        return self._avoid(crowd, wished, pairs_, away < _HOME, step)
 
     def _detours(self, t: float, rows: NDArray[np.intp], crowd: Crowd, away: Array) -> Array:
         """A random direction (n, 2) for each robot that has got no nearer for a while, nan for the others."""
@@ -133,7 +133,7 @@ class Avoidance:
         turned: Array = wished @ np.array([[c, s], [-s, c]])
         return np.where(meets[:, None], turned, wished)
 
-    def _avoid(self, crowd: Crowd, wished: Array, pairs: Pairs, home: NDArray[np.bool_]) -> Array:
+    def _avoid(self, crowd: Crowd, wished: Array, pairs: Pairs, home: NDArray[np.bool_], step: float) -> Array:
         """The velocities nearest to the wished ones that avoid the neighbours; who is at home gives way."""
         n = len(wished)
         gap = crowd.at[pairs.second] - crowd.at[pairs.first]
@@ -151,7 +151,10 @@ class Avoidance:
         normal, offset = avoidance_lines(crowd.at, crowd.velocity, expected, seen, reach, share, HORIZON, _PART)
         walls, room = wall_lines(crowd.at, self._bounds)
         normals, offsets = table(n, seen.first, rank, normal, offset)
-        normals, offsets = np.concatenate([walls, normals], axis=1), np.concatenate([room / _PART, offsets], axis=1)
+        normals, offsets = (
+            np.concatenate([walls, normals], axis=1),
+            np.concatenate([np.maximum(room, 0.0) / step, offsets], axis=1),
+        )
         return least_broken(wished, normals, offsets, crowd.speed, 4)
 
 
@@ -164,12 +167,12 @@ def neighbours(at: Array, reach: float) -> NDArray[np.intp]:
 def wall_lines(at: Array, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
     """The four sides of the sheet as half-planes from each place: (n, 4, 2), and the room (n, 4) [m] to each.
 
-    A robot that is too near to a side, or beyond, has no room there: it may come back and go no farther.
+    Less than none where a robot is too near to a side, or beyond.
     """
     low, high = bounds
     normals = np.tile(np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]), (len(at), 1, 1))
     room = np.stack([high[0] - at[:, 0], at[:, 0] - low[0], high[1] - at[:, 1], at[:, 1] - low[1]], axis=1)
-    return normals, np.maximum(room, 0.0)
+    return normals, room
 
 
 def ranks(owner: NDArray[np.intp], n: int) -> NDArray[np.intp]:

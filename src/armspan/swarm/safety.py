@@ -170,7 +170,8 @@ class SafetyFilter:
                 steady[k] = False
                 wanted = np.array(motion.velocity)
                 speed[k] = min(float(np.hypot(*wanted)), self.limits.speed_m_s)
-                goal[k] = at[k] + _shortened(wanted, speed[k]) * self.limits.lease_s
+                ahead = speed[k] * self.limits.lease_s + _SHORT * (speed[k] > 0)
+                goal[k] = at[k] + wanted * (ahead / max(float(np.hypot(*wanted)), 1e-9))
         low, high = self._bounds
         return Crowd(at, heard, self._courses.velocity[rows], np.clip(goal, low, high), speed, moving, steady)
 
@@ -198,7 +199,11 @@ class SafetyFilter:
         reach = np.minimum(crowd.speed * self.limits.lease_s + _SHORT, lead)
         last = free & ((away <= reach) | (size <= most))
         ahead = way * (np.minimum(away, reach) / np.maximum(away, 1e-9))[:, None]
-        wished = np.where(last[:, None], ahead, _lead(velocity, self.limits, lead))
+        further = _lead(velocity, self.limits, lead)
+        # Not beyond the goal: what is heard is late, and a robot that is sent past it would turn round it for ever.
+        beyond = np.einsum("ni,ni->n", further, way) / np.maximum(away, 1e-9)
+        further *= np.where(crowd.steady & (beyond > away), away / np.maximum(beyond, 1e-9), 1.0)[:, None]
+        wished = np.where(last[:, None], ahead, further)
         along = np.einsum("ni,ni->n", crowd.velocity, way) / np.maximum(away, 1e-9)
         ramp = np.maximum(along, 0.0) + most
         speed = np.where(last, np.minimum(crowd.speed, ramp), np.hypot(velocity[:, 0], velocity[:, 1]))
@@ -223,13 +228,14 @@ class SafetyFilter:
                 np.concatenate([ahead, behind])[order],
             )
             normals, room = np.concatenate([normals, lines[0]], axis=1), np.concatenate([room, lines[1]], axis=1)
-        goals, possible = nearest_allowed(wished, normals, room, np.full(len(wished), self.limits.lead_m))
+        most = np.full(len(wished), self.limits.lead_m)
+        goals, possible = nearest_allowed(wished, normals, room, most)
+        # Who is beyond the bounds comes back in; where the others do not leave the way for that, no farther out.
+        rest = np.flatnonzero(~possible)
+        goals[rest], possible[rest] = nearest_allowed(
+            wished[rest], normals[rest], np.maximum(room[rest], 0.0), most[rest]
+        )
         return np.where(possible[:, None], goals, 0.0)
-
-
-def _shortened(vector: Array, most: float) -> Array:
-    length = float(np.hypot(vector[0], vector[1]))
-    return vector if length <= most else vector * (most / length)
 
 
 def _lead(velocity: Array, limits: Limits, most: Array) -> Array:

@@ -3,7 +3,7 @@ import pytest
 
 from armspan.errors import ConfigError
 from armspan.swarm.behaviours.disperse import Disperse, spread
-from swarm.behaviours.test_slots import least, run, stage, standing, xy
+from ideal_robots import least, run, stage, standing, xy
 
 # The longest least distance of n points in the unit square, as known (n up to 9 and 16 proved)
 PACKINGS = {

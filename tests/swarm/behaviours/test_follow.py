@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from armspan.swarm.behaviours.follow import Follow
-from swarm.behaviours.test_slots import DT, least, moved, run, stage, standing, xy
+from ideal_robots import DT, least, moved, run, stage, standing, xy
 
 FOUR = [(0.2, 0.2), (0.4, 0.2), (0.4, 0.4), (0.2, 0.4)]
 
@@ -17,7 +17,7 @@ def places(wishes):
 def test_the_ring_comes_to_the_spot_and_stays_round_it():
     behaviour = Follow(stage(), states := standing(FOUR))
     end = xy(run(behaviour, states, 10.0, pointed=(0.6, 0.7))[-1])
-    assert np.hypot(*(end - [0.6, 0.7]).T) == pytest.approx([0.123 / math.sqrt(2)] * 4, abs=1e-3)
+    assert np.hypot(*(end - [0.6, 0.7]).T) == pytest.approx([0.1476 / math.sqrt(2)] * 4, abs=1e-3)
     assert not behaviour.done
 
 
@@ -56,7 +56,7 @@ def test_who_has_which_slot_changes_only_when_robots_come_or_go():
     assert all(np.allclose(first[name], kept[name]) for name in "abcd")
     three = {name: swapped[name] for name in "abc"}
     anew = np.array(list(places(behaviour.step(0.1, three, (0.3, 0.3))).values()))
-    assert np.hypot(*(anew - 0.3).T) == pytest.approx([0.123 / math.sqrt(3)] * 3)
+    assert np.hypot(*(anew - 0.3).T) == pytest.approx([0.1476 / math.sqrt(3)] * 3)
 
 
 def test_without_a_spot_robots_hold_their_places():

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from armspan.swarm.behaviours.formation import FormationAt
-from swarm.behaviours.test_slots import least, run, stage, standing, xy
+from ideal_robots import least, run, stage, standing, xy
 
 ANGLE = np.array([(0.2, 0.2), (0.4, 0.2), (0.2, 0.5)])  # centroid (0.2667, 0.3)
 

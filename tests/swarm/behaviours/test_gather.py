@@ -3,10 +3,10 @@ import pytest
 
 from armspan.errors import ConfigError
 from armspan.swarm.behaviours.gather import Gather
-from swarm.behaviours.test_slots import least, run, stage, standing, xy
+from ideal_robots import least, run, stage, standing, xy
 
-RADIUS = 0.123 / 2**0.5
-"""Of a ring of four robots 0.123 m apart: their square's half diagonal."""
+RADIUS = 0.1476 / 2**0.5
+"""Of a ring of four robots 0.1476 m apart, 1.2 times 0.123 m: their square's half diagonal."""
 
 CORNERS = [(0.1, 0.1), (0.9, 0.1), (0.9, 0.9), (0.1, 0.9)]
 
@@ -16,7 +16,7 @@ def test_four_robots_make_a_ring_round_the_pointed_spot():
     end = xy(run(behaviour, states, pointed=(0.6, 0.4))[-1])
     assert behaviour.done
     assert np.hypot(*(end - [0.6, 0.4]).T) == pytest.approx([RADIUS] * 4, abs=0.008)
-    assert least(end) == pytest.approx(0.123, abs=0.012)
+    assert least(end) == pytest.approx(0.1476, abs=0.012)
 
 
 def test_without_a_spot_they_meet_at_their_centroid():
@@ -45,9 +45,9 @@ def test_two_hundred_robots_make_a_filled_disc():
     behaviour = Gather(here, states)
     end = xy(run(behaviour, states, 60.0, pointed=(2.0, 2.0))[-1])
     assert behaviour.done
-    # a hexagonal lattice has 0.0131 m² for a robot: 200 fill a disc of 0.913 m, with a rim half a pitch wide
-    assert np.hypot(*(end - 2.0).T).max() < 0.913 + 0.0615
-    assert least(end) > 0.12 - 0.016
+    # 0.1476 m apart a hexagonal lattice has 0.01887 m² for a robot: 200 fill a disc of 1.096 m, and a rim of half a gap
+    assert 1.096 - 0.0738 < np.hypot(*(end - 2.0).T).max() < 1.096 + 0.0738
+    assert least(end) > 0.1476 - 0.016
 
 
 def test_those_who_stay_close_the_ring_when_one_goes():
@@ -55,7 +55,7 @@ def test_those_who_stay_close_the_ring_when_one_goes():
     trace = run(behaviour, states, pointed=(0.5, 0.5))
     left = {name: state for name, state in trace[-1].items() if name != "b"}
     end = xy(run(behaviour, left)[-1])
-    assert np.hypot(*(end - 0.5).T) == pytest.approx([0.123 / 3**0.5] * 3, abs=0.008)  # a triangle now
+    assert np.hypot(*(end - 0.5).T) == pytest.approx([0.1476 / 3**0.5] * 3, abs=0.008)  # a triangle now
 
 
 def test_more_robots_than_fit_are_refused():

@@ -6,7 +6,7 @@ import pytest
 from armspan.errors import ConfigError
 from armspan.records import RobotState
 from armspan.swarm.behaviours.leader import Leader
-from swarm.behaviours.test_slots import DT, least, moved, run, stage, standing, xy
+from ideal_robots import DT, least, moved, run, stage, standing, xy
 
 THREE = np.array([(0.4, 0.4), (0.2, 0.4), (0.4, 0.25)])
 

@@ -7,7 +7,7 @@ import pytest
 from armspan.errors import ConfigError
 from armspan.records import RobotState
 from armspan.swarm.behaviours.patrol import Patrol
-from swarm.behaviours.test_slots import DT, least, run, square, stage, standing, xy
+from ideal_robots import DT, least, run, square, stage, standing, xy
 
 TRIANGLE = [square("pond", 0.2, 0.2), square("hill", 0.8, 0.2), square("lake", 0.8, 0.8)]
 MIDDLES = {"pond": (0.2, 0.2), "hill": (0.8, 0.2), "lake": (0.8, 0.8)}

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armspan.records import RobotState, Sheet
-from armspan.swarm.behaviours.potential import Potential, capped, edge_forces, push, robot_forces, slowed
+from armspan.swarm.behaviours.potential import Potential, capped, creep, edge_forces, push, robot_forces, slowed
 from armspan.swarm.behaviours.protocol import Stage
 from armspan.swarm.limits import Limits
 
@@ -53,6 +53,41 @@ def test_a_constant_force_ends_in_its_terminal_speed():
     twice = slowed(slowed(np.zeros((1, 2)), force, 0.1), force, 0.1)
     assert twice == pytest.approx(once)
     assert capped(np.array([[0.3, 0.4], [0.0, 0.0]]), 0.15) == pytest.approx(np.array([[0.09, 0.12], [0.0, 0.0]]))
+
+
+def test_speeds_are_raised_to_creeping_but_those_at_rest():
+    factors = creep(np.array([0.0, 0.0019, 0.002, 0.01, 0.025, 0.1]))
+    assert factors == pytest.approx([1.0, 1.0, 12.5, 2.5, 1.0, 1.0])
+
+
+def test_robots_that_are_to_move_are_told_to_creep():
+    """At 0.18 m 5e-4 (1 / 0.18² - 1 / 0.2²) is 2.93 mN: 2.93 (1 - exp(-5 t)) mm/s, 2 mm/s after 0.23 s."""
+    places = {"a": np.array([0.41, 0.5]), "b": np.array([0.59, 0.5])}
+    behaviour = Potential(stage(), states_of(0.0, places))
+    told = [[wish.velocity for wish in behaviour.step(k * DT, states_of(k * DT, places), None)] for k in range(40)]
+    exact = 2.932e-3 * (1 - np.exp(-5 * DT * np.arange(5)))
+    expected = np.concatenate([exact, np.full(35, 0.025)])
+    assert np.array(told)[:, 0] == pytest.approx(np.stack([-expected, 0 * expected], axis=1), abs=1e-6)
+    assert np.array(told)[:, 1] == pytest.approx(np.stack([expected, 0 * expected], axis=1), abs=1e-6)
+    assert not behaviour.done
+
+
+def test_creeping_keeps_the_direction():
+    places = {"a": np.array([0.41, 0.41]), "b": np.array([0.51, 0.56])}  # 0.18 m: 2.8 mm/s away from each other
+    behaviour = Potential(stage(), states_of(0.0, places))
+    for k in range(20):
+        first, _ = behaviour.step(k * DT, states_of(k * DT, places), None)
+    assert first.velocity == pytest.approx((-0.025 * 0.5547, -0.025 * 0.83205), abs=1e-6)
+
+
+def test_what_hardly_moves_is_at_rest_and_not_told_to_creep():
+    """At 0.19 m the push is 1.35 mN: 1.35 mm/s, below 2 mm/s."""
+    places = {"a": np.array([0.405, 0.5]), "b": np.array([0.595, 0.5])}
+    behaviour = Potential(stage(), states_of(0.0, places))
+    for k in range(40):
+        _, second = behaviour.step(k * DT, states_of(k * DT, places), None)
+    assert second.velocity == pytest.approx((1.350e-3, 0.0), abs=1e-6)
+    assert behaviour.done
 
 
 @pytest.mark.parametrize("count", [4, 9, 16])

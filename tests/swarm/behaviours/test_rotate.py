@@ -5,7 +5,7 @@ import pytest
 
 from armspan.errors import ConfigError
 from armspan.swarm.behaviours.rotate import Rotate
-from swarm.behaviours.test_slots import DT, least, moved, run, stage, standing, xy
+from ideal_robots import DT, least, moved, run, stage, standing, xy
 
 PAIR = [(0.4, 0.5), (0.6, 0.5)]
 

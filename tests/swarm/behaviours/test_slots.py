@@ -1,7 +1,6 @@
-"""Slots, and what every behaviour made of them promises; here are also the ideal robots that its neighbours use."""
+"""Slots, and what every behaviour made of them promises."""
 
 import math
-from itertools import combinations
 
 import numpy as np
 import pytest
@@ -9,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armspan.errors import ConfigError
-from armspan.records import RobotState, Sheet, Zone
 from armspan.swarm.behaviours import slots
 from armspan.swarm.behaviours.come import Come
 from armspan.swarm.behaviours.disperse import Disperse
@@ -18,58 +16,10 @@ from armspan.swarm.behaviours.formation import FormationAt
 from armspan.swarm.behaviours.gather import Gather
 from armspan.swarm.behaviours.leader import Leader
 from armspan.swarm.behaviours.patrol import Patrol
-from armspan.swarm.behaviours.protocol import Stage
 from armspan.swarm.behaviours.rotate import Rotate
 from armspan.swarm.behaviours.split import Merge, Split
 from armspan.swarm.limits import Limits
-
-DT = 0.05
-
-
-def square(name, x, y, half=0.05):
-    return Zone(name, ((x - half, y - half), (x + half, y - half), (x + half, y + half), (x - half, y + half)))
-
-
-def stage(width=1.0, height=1.0, limits=None, zones=(), user=None):
-    return Stage(Sheet(width, height), limits or Limits(), np.random.default_rng(0), tuple(zones), user)
-
-
-def standing(places, t=0.0):
-    """Robots a, b, c ... at places, by name."""
-    return {chr(97 + i): RobotState(t, chr(97 + i), tuple(map(float, xy)), 0.0) for i, xy in enumerate(places)}
-
-
-def moved(states, wishes, speeds=None):
-    """Ideal robots one tick later: each straight toward its wish at its speed, through others if need be."""
-    new = dict(states)
-    for wish in wishes:
-        state = states[wish.robot]
-        way = np.subtract(wish.xy, state.xy)
-        reach = min(wish.speed, (speeds or {}).get(wish.robot, np.inf)) * DT
-        share = min(1.0, reach / max(math.hypot(*way), 1e-12))
-        new[wish.robot] = RobotState(wish.t, wish.robot, tuple((np.array(state.xy) + share * way).tolist()), 0.0)
-    return new
-
-
-def run(behaviour, states, seconds=20.0, pointed=None, speeds=None):
-    """The states at each tick until the behaviour is done or the time is over; ``pointed`` may depend on time."""
-    trace = [states]
-    for tick in range(round(seconds / DT)):
-        spot = pointed(tick * DT) if callable(pointed) else pointed
-        wishes = behaviour.step(tick * DT, trace[-1], spot)
-        if behaviour.done:
-            break
-        trace.append(moved(trace[-1], wishes, speeds))
-    return trace
-
-
-def xy(states):
-    return np.array([states[name].xy for name in sorted(states)])
-
-
-def least(points):
-    return min((math.dist(a, b) for a, b in combinations(points, 2)), default=math.inf)
-
+from ideal_robots import DT, least, moved, square, stage, standing
 
 # --- shapes ---------------------------------------------------------------------------------------------
 
@@ -106,7 +56,18 @@ def test_slots_lie_apart_inside_the_sheet_wherever_they_are_wanted(n):
 def test_up_to_eight_leave_the_spot_itself_free():
     for n in (7, 8):
         places = slots.gathered(n, stage(), np.array([0.5, 0.5]))
-        assert np.hypot(*(places - 0.5).T) == pytest.approx([0.0615 / math.sin(math.pi / n)] * n)
+        assert np.hypot(*(places - 0.5).T) == pytest.approx([0.0738 / math.sin(math.pi / n)] * n)
+
+
+@pytest.mark.parametrize(
+    ("n", "side", "gap"), [(4, 0.3, 0.1476), (4, 0.29, 0.123), (19, 0.69, 0.1476), (19, 0.67, 0.123)]
+)
+def test_slots_lie_a_fifth_wider_where_there_is_room(n, side, gap):
+    # a ring of four is 1.414 gaps wide, 0.2087 m, and its disc 1.5, 0.2214 m: 0.21 and 0.20 m are there;
+    # a disc of nineteen is four gaps wide, 0.5904 m: 0.60 and 0.58 m are there
+    places = slots.gathered(n, stage(side, side), np.array([0.1, 0.1]))
+    assert least(places) == pytest.approx(gap)
+    assert np.ptp(places, axis=0).max() == pytest.approx(gap * (math.sqrt(2) if n == 4 else 4))
 
 
 def test_where_no_ring_fits_robots_take_a_lattice():
@@ -192,11 +153,11 @@ def test_a_row_that_is_too_long_for_the_edge_buckles():
 
 
 def test_rows_stand_behind_each_other():
-    # 0.91 m hold eight in a row
-    found = slots.rows(10, stage(), np.array([0.5, 0.955]), 1, -1)
-    assert found[:8, 0] == pytest.approx(0.5 + 0.123 * np.arange(-3.5, 4))
-    assert found[:8, 1] == pytest.approx([0.955] * 8)
-    assert found[8:] == pytest.approx(np.array([[0.4385, 0.832], [0.5615, 0.832]]))
+    # 0.91 m hold seven in a row, 0.1476 m apart
+    found = slots.rows(9, stage(), np.array([0.5, 0.955]), 1, -1)
+    assert found[:7, 0] == pytest.approx(0.5 + 0.1476 * np.arange(-3, 4))
+    assert found[:7, 1] == pytest.approx([0.955] * 7)
+    assert found[7:] == pytest.approx(np.array([[0.4262, 0.8074], [0.5738, 0.8074]]))
 
 
 def test_rows_that_do_not_fit_become_a_lattice():
@@ -230,6 +191,62 @@ def test_slots_are_done_within_eight_millimetres_and_not_without_robots():
 def test_a_pause_counts_little():
     pace = slots.Pace()
     assert [pace.elapsed(t) for t in (5.0, 5.05, 9.0, 8.0)] == pytest.approx([0.0, 0.05, 0.1, 0.0])
+
+
+INNER, OUTER = (0.5, 0.5), (0.65, 0.5)
+
+
+def in_turn(swap):
+    """Slots that are given out by name: the inner one to "a"."""
+    return slots.Slots(stage(), lambda here: np.array([INNER, OUTER]), swap)
+
+
+def test_robots_take_each_others_slots_every_half_second_where_that_is_shorter():
+    # squares in all, "a" out and "b" in: 0.25² + 0 as given out, 0.1² + 0.15² the other way round
+    crossed, given_out = standing([(0.75, 0.5), OUTER]), standing([(0.45, 0.5), (0.75, 0.5)])
+    going, told = in_turn(swap=True), []
+    for tick in range(23):
+        (first, second) = going.step(tick * DT, given_out if 2 <= tick < 21 else crossed)
+        assert {first.xy, second.xy} == {INNER, OUTER}
+        told.append(first.xy == OUTER)
+    # asked for at the second step, half a second after it, 0.55 s, and again 1.05 s after the start
+    assert told == [False] + [True] * 10 + [False] * 10 + [True] * 2
+
+
+def test_one_in_the_way_of_an_empty_slot_moves_in_and_leaves_its_own():
+    """Discs that halt before each other: "b" rests in its outer slot, between "a" and the empty inner one."""
+    for swap in (False, True):
+        going, states = in_turn(swap), standing([(0.8, 0.5), OUTER])
+        for tick in range(60):
+            states = moved(states, going.step(tick * DT, states), apart=0.12)
+        assert going.done is swap
+        # "a" halts 0.12 m before "b", or else has the outer slot
+        assert states["a"].xy == pytest.approx(OUTER if swap else (0.77, 0.5), abs=0.008)
+        assert states["b"].xy == pytest.approx(INNER if swap else OUTER)
+
+
+@pytest.mark.parametrize("make", [Gather, Disperse, Split, Merge, Come])
+def test_who_is_blocked_changes_slots(make):
+    """All stand in their slots but two, and each of these is in the other's."""
+    here = stage(user=(0.5, 1.4))
+    places = np.random.default_rng(8).uniform(0.2, 0.8, (6, 2))
+    wanted = make(here, standing(places)).step(0.0, standing(places), None)
+    crossed = np.array([wish.xy for wish in wanted])[[1, 0, 2, 3, 4, 5]]
+    behaviour = make(here, standing(places))
+    behaviour.step(0.0, standing(places), None)
+    behaviour.step(DT, standing(crossed), None)
+    assert behaviour.done
+
+
+@pytest.mark.parametrize("make", [Follow, FormationAt])
+def test_in_a_formation_nobody_changes_slots(make):
+    places = np.array([(0.2, 0.2), (0.4, 0.2), (0.3, 0.4)])
+    behaviour = make(stage(), standing(places))
+    first, later = (
+        behaviour.step(t, standing(at), (0.6, 0.6)) for t, at in ((0.0, places), (2.0, places[[1, 2, 0]] + 0.3))
+    )
+    moves = np.subtract([wish.xy for wish in later], [wish.xy for wish in first])
+    assert np.hypot(*moves.T).max() <= 0.015 + 1e-9  # the centre glides by 0.1 s at most
 
 
 # --- what every behaviour promises ----------------------------------------------------------------------

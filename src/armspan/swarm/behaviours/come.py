@@ -25,7 +25,7 @@ class Come:
         check_room(len(states), stage)
         self._stage = stage
         self._foot, self._axis, self._inward = _edge(np.array(stage.user), *stage.bounds)
-        self._slots = Slots(stage, self._plan)
+        self._slots = Slots(stage, self._plan, swap=True)
 
     @property
     def done(self) -> bool:

@@ -23,7 +23,7 @@ class Disperse:
     def __init__(self, stage: Stage, states: Mapping[str, RobotState]) -> None:
         check_room(len(states), stage)
         self._stage = stage
-        self._slots = Slots(stage, self._plan)
+        self._slots = Slots(stage, self._plan, swap=True)
 
     @property
     def done(self) -> bool:

@@ -22,7 +22,7 @@ class Gather:
         check_room(len(states), stage)
         self._stage = stage
         self._centre: Array | None = None
-        self._slots = Slots(stage, self._plan)
+        self._slots = Slots(stage, self._plan, swap=True)
 
     @property
     def done(self) -> bool:

@@ -27,6 +27,9 @@ NEAREST = 0.01
 AT_REST, REST_S = 0.002, 1.0
 """All robots slower [m/s] than this for so long [s] are deployed."""
 
+CREEP = 0.025
+"""The slowest [m/s] that robots are told to drive: real ones stand still below 0.015 (EPFL's logs)."""
+
 LONGEST = 0.2
 """A pause between two steps counts as this long [s] at most."""
 
@@ -37,7 +40,7 @@ class Potential:
     U = sum of k / r over the other robots and the nearest points of the sheet's four edges within `SIGHT`, and
     m dv/dt = -grad U - mu v with a speed cap. ``strength`` is k [N m²]. One thing is our own: the push is less by what
     it is at the end of sight, so that it ends there without a step; at a step
-    sixteen robots on a square metre dither for ever.
+    sixteen robots on a square metre dither for ever. And robots that are to move are told to creep at least.
     """
 
     def __init__(self, stage: Stage, states: Mapping[str, RobotState], *, strength: float = STRENGTH) -> None:
@@ -64,9 +67,10 @@ class Potential:
         self._velocities = dict(zip(names, after, strict=True))
         self._judge(t, after)
         self._last = t
+        told = after * creep(np.linalg.norm(after, axis=1))[:, None]
         return [
             Drive(t, name, (float(x), float(y)), 0.0, t + limits.lease_s)
-            for name, (x, y) in zip(names, after, strict=True)
+            for name, (x, y) in zip(names, told, strict=True)
         ]
 
     def _forces(self, places: Array) -> Array:
@@ -115,6 +119,11 @@ def slowed(velocities: Array, forces: Array, passed: float) -> Array:
     """The velocities (n, 2) [m/s] under forces [N] and friction after ``passed`` [s]: the exact solution."""
     kept = math.exp(-FRICTION / MASS * passed)
     return np.asarray(velocities * kept + forces / FRICTION * (1.0 - kept))
+
+
+def creep(speeds: Array) -> Array:
+    """By how much (n,) speeds [m/s] are raised for robots to move at all; those at rest stay at rest."""
+    return np.where(speeds < AT_REST, 1.0, np.maximum(1.0, CREEP / np.maximum(speeds, AT_REST)))
 
 
 def capped(velocities: Array, most: float) -> Array:

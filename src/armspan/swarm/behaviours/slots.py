@@ -24,6 +24,12 @@ Box: TypeAlias = tuple[Array, Array]
 ARRIVED = 0.008
 """Distance [m] at which a robot is in its slot: Cellulo stops up to 2.5 mm short on each axis."""
 
+EASE = 1.2
+"""How much wider than need be slots lie where there is room: robots then find into them past each other."""
+
+SWAP_S = 0.5
+"""How often robots take each other's slots."""
+
 CRUISE = 0.6
 """Share of the highest speed at which a formation moves: what is left lets one that fell behind catch up."""
 
@@ -44,12 +50,15 @@ class Slots:
     """Robots on their way to their slots, and holding them.
 
     ``plan`` finds a slot for each robot, (n, 2), from their places (n, 2) in the order of their names; it is asked
-    at the first step, and again when robots come or go.
+    at the first step, and again when robots come or go. Robots that may ``swap`` take each other's slots where that is
+    shorter now: who is already in a blocked slot's way moves on into it, and leaves its own.
     """
 
     stage: Stage
     plan: Callable[[Array], Array]
+    swap: bool = False
     done: bool = False
+    _swapped: float = -np.inf
     _names: list[str] = field(default_factory=list)
     _slots: Array = field(default_factory=lambda: np.empty((0, 2)))
 
@@ -58,6 +67,8 @@ class Slots:
         names, here = places(states)
         if names != self._names:
             self._names, self._slots = names, self.plan(here) if names else here
+        elif self.swap and not self.done and t - self._swapped >= SWAP_S:
+            self._swapped, self._slots = t, matched(here, self._slots)
         self.done = bool(names) and farthest(here, self._slots) < ARRIVED
         return wishes(t, self.stage, names, self._slots)
 
@@ -166,10 +177,11 @@ def shape(n: int, stage: Stage, box: Box) -> Array:
     if n == 0:
         return np.empty((0, 2))
     gap, size = pitch(stage), box[1] - box[0]
-    disc = filled_disc(n, gap)
-    for slots in ([ring(n, gap)] if n <= _RING else []) + [disc, disc[:, ::-1]]:
-        if np.all(np.ptp(slots, axis=0) <= size + 1e-9):
-            return slots
+    for roomy in (EASE * gap, gap):
+        disc = filled_disc(n, roomy)
+        for slots in ([ring(n, roomy)] if n <= _RING else []) + [disc, disc[:, ::-1]]:
+            if np.all(np.ptp(slots, axis=0) <= size + 1e-9):
+                return slots
     found = list(lattices(gap, size))
     fitting = [_innermost(lattice - size / 2, n) for lattice in found if len(lattice) >= n]
     if not fitting:
@@ -216,7 +228,7 @@ def rows(n: int, stage: Stage, foot: Array, across: int, inward: int) -> Array:
     ``across`` is the axis that leads away from the edge, ``inward`` its sign. Where rows behind each other do not
     fit, the most compact lattice stands next to ``foot`` instead.
     """
-    (low, high), gap = stage.bounds, pitch(stage)
+    (low, high), gap = stage.bounds, EASE * pitch(stage)
     most = int((high - low)[1 - across] / gap + 1e-9) + 1
     if (-(-n // most) - 1) * gap > (high - low)[across] + 1e-9:
         return gathered(n, stage, foot)

@@ -27,7 +27,7 @@ class Split:
         self._stage = stage
         self._axis = 0 if stage.sheet.width_m >= stage.sheet.height_m else 1
         self._halves = _halves((len(states) + 1) // 2, stage, self._axis)
-        self._slots = Slots(stage, self._plan)
+        self._slots = Slots(stage, self._plan, swap=True)
 
     @property
     def done(self) -> bool:
