@@ -14,7 +14,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[2] / "tests"), str(Path(__file__).parents[2] / "tests" / "cli")]
 
-from test_swarm_killed import ENDINGS, NAMES, Room, last, read, way
+from test_swarm_killed import ENDINGS, NAMES, Room, last, read, way  # noqa: E402
 
 WORDS = {
     "kill": "kill -9",
@@ -42,9 +42,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--runs", type=int, default=5, help="of each ending")
     args = parser.parse_args()
-    print(
-        "| ending | robots | speed before, mm/s | below 25 mm/s after, worst | at rest (2 mm/s) after, worst | way, worst |"
-    )
+    print("| ending | robots | speed before, mm/s | below 25 mm/s after | at rest (2 mm/s) after | way, all worst |")
     print("|---|---|---|---|---|---|")
     for ending in ENDINGS:
         with tempfile.TemporaryDirectory() as folder:
