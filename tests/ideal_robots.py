@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import shapely
 from scipy.spatial.distance import pdist
 
 from armspan.records import RobotState, Sheet, Zone
@@ -65,3 +66,28 @@ def xy(states):
 def least(points):
     """The distance [m] between the two nearest of points; infinite for fewer than two."""
     return float(pdist(np.asarray(points, dtype=float)).min()) if len(points) > 1 else math.inf
+
+
+class Raster:
+    """Cells of ``side`` [m] of a square metre, or of an area (corners) on it, and which of them discs came over."""
+
+    def __init__(self, side, area=None):
+        self.side, self.line = side, np.arange(side / 2, 1.0, side)
+        x, y = np.meshgrid(self.line, self.line)
+        self.left = np.ones(x.shape, bool) if area is None else shapely.contains_xy(shapely.Polygon(area), x, y)
+        self.cells = int(self.left.sum())
+
+    def cover(self, x, y, radius):
+        """A disc stands at a place: cells whose middle is under it are covered."""
+        rows, columns = (self._near(middle, radius) for middle in (y, x))
+        away = (self.line[rows, None] - y) ** 2 + (self.line[columns] - x) ** 2
+        self.left[rows, columns] &= away > radius**2
+
+    def _near(self, middle, radius):
+        first, last = math.floor((middle - radius) / self.side), math.ceil((middle + radius) / self.side)
+        return slice(max(0, first), max(0, last))
+
+    @property
+    def share(self):
+        """The covered share of all cells."""
+        return 1.0 - np.count_nonzero(self.left) / self.cells

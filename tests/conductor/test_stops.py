@@ -117,5 +117,20 @@ def test_a_choice_is_forgotten_after_a_while():
     choice = Choice(8.0)
     choice.add(0.0, "ash")
     choice.add(5.0, "elm")
-    assert choice.take(9.0) == ["elm"]
-    assert choice.take(9.1) == []
+    assert choice.take(9.0) == (["elm"], "")
+    assert choice.take(9.1) == ([], "")
+    choice.add_zone(10.0, "pond")
+    assert choice.take(18.0) == ([], "pond")
+    choice.add_zone(20.0, "pond")
+    assert choice.take(28.1) == ([], "")
+
+
+def test_a_chosen_zone_is_the_one_that_is_swept():
+    puppet = Puppet().set_up()
+    puppet.point_at((0.15, 0.3))
+    chosen = [output for output in puppet.run(4, until=Selected) if isinstance(output, Selected)]
+    assert [choice.zone for choice in chosen] == ["pond"]
+    said = puppet.conductor._behave(puppet.t, "sweep", "gesture breaststroke")
+    assert said[-1].text == "gesture breaststroke: sweep in pond"
+    said = puppet.conductor._behave(puppet.t, "sweep", "gesture breaststroke")
+    assert said[-1].text == "gesture breaststroke: sweep"

@@ -116,7 +116,7 @@ def test_a_light_moves_nobody():
     assert place(plant)[0] == pytest.approx(0.3)
 
 
-@settings(max_examples=30, deadline=None, derandomize=True)
+@settings(max_examples=20, deadline=None, derandomize=True)
 @given(
     st.lists(
         st.tuples(st.floats(0, 2.9), st.integers(0, 2), st.floats(0.1, 1.9), st.floats(0.1, 0.9), st.booleans()),
@@ -263,8 +263,8 @@ def test_a_thousand_discs_are_cheap():
     places = np.stack(np.meshgrid(np.arange(40), np.arange(25)), axis=-1).reshape(-1, 2) * 0.2 + 0.1
     plant, goals = IdealDiscs(names(1000), places, Sheet(8.0, 5.0)), np.random.default_rng(1)
     began = time.process_time()
-    for step in range(20):
+    for step in range(10):
         for i, (x, y) in enumerate(goals.uniform(0.0, 5.0, (1000, 2)).tolist()):
             plant.command(step * 0.05, goto(step * 0.05, x, y, robot=f"disc{i}"))
         plant.advance((step + 1) * 0.05)
-    assert time.process_time() - began < 1.0  # faster than real time; it takes about 0.25 s
+    assert time.process_time() - began < 0.5  # faster than real time; it takes about 0.12 s

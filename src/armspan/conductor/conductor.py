@@ -31,7 +31,7 @@ from armspan.records import (
     Touch,
     Vec2,
 )
-from armspan.swarm.director import STOP
+from armspan.swarm.director import IN_ZONES, STOP
 from armspan.swarm.lights import CursorLights
 
 _FLASH = 0.7
@@ -46,7 +46,7 @@ class Conductor:
     Presses it knows: ``setup`` (begin the set-up), ``feedback`` (``on`` or ``off``: robots' lights show the cursor),
     and those of `press_robots`: ``behaviour``, ``command``, ``stop`` (latched), ``resume``, ``quit``. Others are for
     others. With a ``model``, gestures are spotted once the bands are set up and the set-up is through, and each does
-    what the settings' dictionary says, with the robots that were chosen just before or with all.
+    what the settings' dictionary says: with the robots that were chosen just before, or with all; in the zone that was.
     """
 
     def __init__(self, settings: Settings, model: GestureModel | None = None) -> None:
@@ -160,7 +160,9 @@ class Conductor:
             return []
         if name == STOP:
             return self._stop(t, why)
-        return self._steering.behave(t, name, why, self._user(), self._choice.take(t))
+        robots, zone = self._choice.take(t)
+        asked = f"{name}@{zone}" if zone and name in IN_ZONES else name
+        return self._steering.behave(t, asked, why, self._user(), robots)
 
     def _user(self) -> Vec2 | None:
         """Where the user stands, in ``sheet`` [m]."""
@@ -193,6 +195,8 @@ class Conductor:
         if chosen.robot is not None:
             self._choice.add(t, chosen.robot)
             self._lights.flash(chosen.robot, t + _FLASH)
+        elif chosen.zone is not None:
+            self._choice.add_zone(t, chosen.zone)
         return outputs
 
     def _tap(self, tap: Tap) -> list[Output]:

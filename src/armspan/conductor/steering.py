@@ -130,7 +130,8 @@ class Steering:
         for robot in able:
             self.errands.goals.pop(robot, None)
         only = f" ({', '.join(able)})" if robots else ""
-        return [*stops, Say(t, f"{why}: {name}{only}", "")]
+        where = f" in {zone}" if zone else ""
+        return [*stops, Say(t, f"{why}: {name}{where}{only}", "")]
 
     def _halt(self, t: float, robots: Sequence[str], why: str) -> list[Output]:
         for robot in robots:

@@ -14,13 +14,15 @@ from armspan.errors import ConfigError, DeviceError, DeviceNotFound
 from armspan.records import Drive, GoTo, Light, Link, Press, RobotState, Sheet, Stop
 from armspan.session import Session
 from armspan.simulation.bodies import Plant
+from devices.cellulo.fast_time import hasten, now, run
 
 ASH, ELM = addresses(2)
 XY = ((0.2, 0.2), (0.4, 0.4))
 
 
-def run(scene):
-    return asyncio.run(asyncio.wait_for(scene(), 20))
+@pytest.fixture(autouse=True)
+def _fast(monkeypatch):
+    hasten(monkeypatch)
 
 
 @contextlib.asynccontextmanager
@@ -43,7 +45,7 @@ class Host:
 
     def __init__(self, port, **options):
         self.swarm = CelluloRelay({"ash": ASH, "elm": ELM}, port=port, **options)
-        self.events, self.began = [], time.monotonic()
+        self.events, self.began = [], now()
 
     async def __aenter__(self):
         self._ears = asyncio.create_task(self._listen())
@@ -72,11 +74,11 @@ class Host:
 
     async def go(self, seconds, robot="ash", lead=0.045):
         """Drive a robot to the right for a while."""
-        end = time.monotonic() + seconds
-        while time.monotonic() < end:
+        end = now() + seconds
+        while now() < end:
             x, y = self.states(robot)[-1].xy
-            now = time.monotonic() - self.began
-            await self.swarm.send(GoTo(now, robot, (x + lead, y), 0.3, now + 0.3))
+            t = now() - self.began
+            await self.swarm.send(GoTo(t, robot, (x + lead, y), 0.3, t + 0.3))
             await asyncio.sleep(0.05)
 
 
@@ -87,7 +89,7 @@ def speed(emulator, robot=0):
 def test_robots_are_met_seen_and_driven_by_goals():
     async def scene():
         async with emulated() as emulator, Host(emulator.port) as host:
-            await host.until(lambda: len(host.states("ash")) > 20 and len(host.states("elm")) > 20)
+            await host.until(lambda: len(host.states("ash")) > 60 and len(host.states("elm")) > 60)
             seen = host.states()
             assert seen[-1].xy == pytest.approx(XY[0], abs=3e-4)
             assert host.states("elm")[-1].xy == pytest.approx(XY[1], abs=3e-4)
@@ -118,8 +120,8 @@ def test_a_lease_that_ends_is_a_stop_well_before_the_goal():
     async def scene():
         async with emulated() as emulator, Host(emulator.port) as host:
             await host.until(lambda: host.states())
-            now = time.monotonic() - host.began
-            await host.swarm.send(GoTo(now, "ash", (0.7, 0.2), 0.1, now + 0.3))
+            t = now() - host.began
+            await host.swarm.send(GoTo(t, "ash", (0.7, 0.2), 0.1, t + 0.3))
             await asyncio.sleep(1.2)
             assert speed(emulator) < 0.002
             assert 0.205 < emulator.firmware.bodies.pose[0, 0] < 0.28
@@ -133,8 +135,8 @@ def test_closing_the_source_stops_the_robots():
             async with Host(emulator.port) as host:
                 await host.until(lambda: host.states())
                 await host.go(0.6)
-                now = time.monotonic() - host.began
-                await host.swarm.send(GoTo(now, "ash", (0.7, 0.2), 0.1, now + 9))
+                t = now() - host.began
+                await host.swarm.send(GoTo(t, "ash", (0.7, 0.2), 0.1, t + 9))
                 await asyncio.sleep(0.1)
             await asyncio.sleep(0.7)
             assert speed(emulator) < 0.002
@@ -178,8 +180,8 @@ def test_a_lifted_robot_is_told_as_held_and_does_not_resume(monkeypatch):
     async def scene():
         async with emulated(kidnap_at=0.5) as emulator, Host(emulator.port) as host:
             await host.until(lambda: host.states())
-            now = time.monotonic() - host.began
-            await host.swarm.send(GoTo(now, "ash", (0.7, 0.2), 0.1, now + 9))
+            t = now() - host.began
+            await host.swarm.send(GoTo(t, "ash", (0.7, 0.2), 0.1, t + 9))
             await host.until(lambda: host.states()[-1].held)
             await host.until(lambda: not host.states()[-1].held)
             await asyncio.sleep(0.5)
@@ -222,7 +224,7 @@ class Mind:
         if self.states == 40:
             raise ZeroDivisionError("a behaviour went wrong")
         x, y = event.xy
-        return [GoTo(event.t, "ash", (x + 0.3, y), 0.15, time.monotonic() - self.began + 9.0)]
+        return [GoTo(event.t, "ash", (x + 0.3, y), 0.15, now() - self.began + 9.0)]
 
 
 def test_an_exception_in_the_mind_of_a_session_leaves_the_robots_at_rest():
@@ -230,7 +232,7 @@ def test_an_exception_in_the_mind_of_a_session_leaves_the_robots_at_rest():
         async with emulated() as emulator:
             swarm = CelluloRelay({"ash": ASH, "elm": ELM}, port=emulator.port)
             with pytest.raises(ZeroDivisionError, match="a behaviour went wrong"):
-                await Session(Mind(time.monotonic()), swarm).run([swarm.source()])
+                await Session(Mind(now()), swarm).run([swarm.source()])
             at = emulator.firmware.bodies.pose[0, 0]
             assert at > 0.23
             await asyncio.sleep(0.6)

@@ -32,7 +32,7 @@ def test_gathered_robots_end_much_farther_apart(n):
 
 @pytest.mark.parametrize("n", sorted(PACKINGS))
 def test_near_the_best_packings_of_the_square(n):
-    share = least(spread(n, 0.01, np.ones(2))) / PACKINGS[n]
+    share = least(spread(n, 0.1, np.ones(2))) / PACKINGS[n]
     assert share <= 1 + 1e-4
     assert share >= (0.9999 if n in (2, 4, 5, 6, 9, 12, 16, 18) else 0.93)
 

@@ -33,14 +33,14 @@ def run(behaviour, places, seconds=40.0, t=0.0, on=None):
         for wish in behaviour.step(t, states_of(t, places), None):
             assert ((low - 1e-9 <= np.array(wish.xy)) & (np.array(wish.xy) <= high + 1e-9)).all()
             way = np.array(wish.xy) - places[wish.robot]
-            places[wish.robot] = places[wish.robot] + way * min(1.0, 0.15 * DT / max(np.linalg.norm(way), 1e-12))
+            places[wish.robot] = places[wish.robot] + way * min(1.0, 0.15 * DT / max(math.hypot(*way), 1e-12))
         t += DT
     return t
 
 
 def cost(places, area=None):
     """The locational cost H: the mean squared distance to the nearest robot, over a raster."""
-    line = np.arange(0.00125, 1.0, 0.0025)
+    line = np.arange(0.0025, 1.0, 0.005)
     points = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     if area is not None:
         points = points[shapely.contains_xy(shapely.Polygon(area), points[:, 0], points[:, 1])]
@@ -137,9 +137,8 @@ def test_an_area_in_the_margin_is_served_from_beside_it(area):
     assert places["r000"][0] == pytest.approx(0.045, abs=0.009)
 
 
-@pytest.mark.parametrize("count", [40, 60])
-def test_a_crowd_keeps_its_spacing(count):
-    places = anywhere(count, 1)
+def test_a_crowd_keeps_its_spacing():
+    places = anywhere(60, 1)
     behaviour = Lloyd(stage(), states_of(0.0, places))
     run(behaviour, places, 60.0)
     assert behaviour.done
@@ -180,17 +179,16 @@ def test_without_robots_there_is_nothing_to_do_yet():
     assert not behaviour.done
 
 
-@settings(max_examples=20, derandomize=True, deadline=None)
+@settings(max_examples=12, derandomize=True, deadline=None)
 @given(st.integers(1, 14), st.integers(0, 10_000), st.booleans())
 def test_it_ends_no_worse_than_it_began_and_is_the_same_twice(count, seed, ell):
     area = ELL if ell else None
     ends = []
     for _ in range(2):
         places = anywhere(count, seed)
-        before = cost(places, area)
         behaviour = Lloyd(stage(seed), states_of(0.0, places), area)
         run(behaviour, places)
         assert behaviour.done
         ends.append([tuple(xy) for xy in places.values()])
-        assert cost(places, area) <= before * 1.01
+    assert cost(places, area) <= cost(anywhere(count, seed), area) * 1.01
     assert ends[0] == ends[1]

@@ -139,7 +139,7 @@ def test_without_robots_nothing_is_done():
     assert not behaviour.done
 
 
-@settings(max_examples=60, derandomize=True, deadline=None)
+@settings(max_examples=30, derandomize=True, deadline=None)
 @given(st.lists(st.tuples(st.floats(-0.1, 1.1), st.floats(-0.1, 1.1)), min_size=1, max_size=12))
 def test_wishes_are_finite_and_capped_wherever_robots_are(places):
     named = {f"r{i:02d}": np.array(xy) for i, xy in enumerate(places)}

@@ -17,7 +17,7 @@ ELL = [(0.1, 0.1), (0.9, 0.1), (0.9, 0.4), (0.4, 0.4), (0.4, 0.9), (0.1, 0.9)]
 U_SHAPE = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.7, 1.0), (0.7, 0.3), (0.3, 0.3), (0.3, 1.0), (0.0, 1.0)]
 
 
-def raster(area, step=0.004):
+def raster(area, step=0.005):
     """Middles of cells (n, 2) of a raster over the sheet that lie in the area."""
     line = np.arange(step / 2, 1.0, step)
     points = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
@@ -28,8 +28,11 @@ def swept(points, lanes, cover=COVER):
     """Which points (n,) come under a disc that drives through the lanes (k, 2, 2): distances to segments, by hand."""
     corners, under = lanes.reshape(-1, 2), np.zeros(len(points), dtype=bool)
     for a, b in pairwise(corners):
-        share = np.clip((points - a) @ (b - a) / max((b - a) @ (b - a), 1e-12), 0, 1)
-        under |= np.linalg.norm(a + share[:, None] * (b - a) - points, axis=1) <= cover / 2
+        box = (points >= np.minimum(a, b) - cover / 2) & (points <= np.maximum(a, b) + cover / 2)
+        near = np.flatnonzero(box[:, 0] & box[:, 1] & ~under)
+        share = np.clip((points[near] - a) @ (b - a) / max((b - a) @ (b - a), 1e-12), 0, 1)
+        away = a + share[:, None] * (b - a) - points[near]
+        under[near] = np.hypot(away[:, 0], away[:, 1]) <= cover / 2
     return under
 
 
@@ -43,11 +46,11 @@ def stars(draw):
     return [(0.5 + r * math.cos(a), 0.5 + r * math.sin(a)) for r, a in zip(radii, angles, strict=True)]
 
 
-@settings(max_examples=25, derandomize=True, deadline=None)
+@settings(max_examples=15, derandomize=True, deadline=None)
 @given(stars(), st.integers(1, 7))
 def test_parts_are_equal_and_disjoint_and_their_lanes_sweep_them(polygon, count):
     area = area_on(SHEET, polygon)
-    points = raster(area)
+    points = raster(area, 0.008)
     reachable = np.linalg.norm(points - np.clip(points, *BOUNDS), axis=1) <= COVER / 2
     for layout in plan(area, BOUNDS, count, COVER, 0.12):
         sizes = np.array([part.area for part in layout.parts])

@@ -67,7 +67,7 @@ class Potential:
         self._velocities = dict(zip(names, after, strict=True))
         self._judge(t, after)
         self._last = t
-        told = after * creep(np.linalg.norm(after, axis=1))[:, None]
+        told = capped(after * creep(np.linalg.norm(after, axis=1))[:, None], limits.speed_m_s)
         return [
             Drive(t, name, (float(x), float(y)), 0.0, t + limits.lease_s)
             for name, (x, y) in zip(names, told, strict=True)
