@@ -114,7 +114,9 @@ class Avoidance:
         if stuck.size:
             angle = self._rng.uniform(-np.pi, np.pi, stuck.size)
             memory.detour[stuck] = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            memory.until[stuck] = t + self._rng.uniform(0.3, 1.2, stuck.size)
+            # The longer nothing helped, the farther away: out of a pocket between a wall and a robot, say.
+            farther = np.minimum(1.0 + 0.5 * memory.tries[stuck], 5.0)
+            memory.until[stuck] = t + self._rng.uniform(0.3, 1.2, stuck.size) * farther
             memory.tries[stuck] += 1.0
         on = (memory.until[rows] > t) & ~fresh
         return np.where(on[:, None], memory.detour[rows], np.nan)

@@ -15,8 +15,8 @@ from armspan.swarm.behaviours.slots import Box, Slots, Wish, check_room, fits, g
 class Split:
     """Two groups, each in the middle of its half of the sheet along its longer side.
 
-    Each robot goes with the half that it is nearer to; of an odd number the one in the middle goes to the left, or to
-    the top. Between the groups stays the room of a robot where there is room.
+    Each robot goes with the half that it is nearer to, unless it takes another one's slot; of an odd number the one in
+    the middle goes to the left, or to the top. Between the groups stays the room of a robot where there is room.
 
     Raises:
         ConfigError: where not so many robots fit.
