@@ -150,11 +150,43 @@ def test_commands_from_a_script_are_filtered_like_any_other():
         ("go", "That is no command"),
         ('{"type": "Tick", "t": 0}', "expected JSON with a type of GoTo, Drive, Light, Haptic, Stop"),
         ('{"type": "Light", "t": 0, "robot": "oak", "colour": [1, 2, 3]}', "robot 'oak' does not exist"),
+        ('{"type": "Stop", "t": 0, "robot": "oak"}', "robot 'oak' does not exist"),
+        ('{"type": "Light", "t": 0, "robot": "ash", "colour": [999, 2, 3]}', "colours go from 0 to 255"),
+        ('{"type": "Light", "t": 0, "robot": "ash", "colour": [1, 2, 3], "led": 77}', "lights from 0 to 5"),
+        ('{"type": "Haptic", "t": 0, "robot": "ash", "strength": -1, "duration": 1}', "strength goes to 1"),
+        ('{"type": "\ud800"}', "That is no command"),
+        ('{"type": "Light", "x": ' + "[" * 200_000, "That is no command"),
     ],
 )
 def test_what_is_no_command_is_told(value, said):
     (told,) = Herd().press("command", value)
     assert said in told.text
+
+
+def test_colouring_a_robot_leaves_it_in_its_behaviour():
+    herd = walking()
+    herd.press("command", msgspec.json.encode(Light(0.0, "ash", (1, 2, 3))).decode())
+    assert motions(herd.run(1)) == {"ash", "elm"}
+
+
+def test_a_behaviour_that_cannot_begin_releases_nobody():
+    herd = walking()
+    herd.held.add("ash")
+    herd.run(0.2)
+    herd.held.clear()
+    herd.run(0.2)
+    assert "does not exist" in herd.press("behaviour", "sweep@nowhere")[0].text
+    herd.press("command", msgspec.json.encode(GoTo(0.0, "ash", (0.6, 0.5), 0.1, herd.t + 9)).decode())
+    assert motions(herd.run(0.2)) == {"elm"}
+
+
+def test_a_robot_that_the_room_does_not_name_takes_part_in_nothing():
+    herd = Herd()
+    herd.at["ghost"] = (0.45, 0.5)
+    herd.run(0.1)
+    herd.press("behaviour", "random-walk")
+    assert motions(herd.run(1)) == {"ash", "elm"}
+    assert "ghost" in herd.press("resume", "ghost")[0].text
 
 
 def test_a_lease_that_is_not_renewed_ends_in_a_stop():

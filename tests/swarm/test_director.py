@@ -5,7 +5,7 @@ import pytest
 
 from armspan.errors import ConfigError
 from armspan.records import Drive, GoTo, RobotState, Sheet, Zone
-from armspan.swarm.director import BEHAVIOURS, DICTIONARY, MAKERS, STOP, Director, behaviour_name
+from armspan.swarm.director import BEHAVIOURS, DICTIONARY, MAKERS, STOP, Director, behaviour_name, order_name
 from armspan.swarm.limits import Limits
 
 SHEET, LIMITS = Sheet(1.2, 0.9), Limits()
@@ -42,6 +42,13 @@ def test_the_dictionary_names_behaviours_that_exist_and_one_way_to_stop():
 @pytest.mark.parametrize("text", ["random walk", "random-walk", "Random_Walk", " random walk "])
 def test_a_name_is_known_however_its_words_are_joined(text):
     assert behaviour_name(text) == "random-walk"
+
+
+def test_an_order_is_a_behaviour_and_perhaps_a_zone():
+    assert order_name("Stop") == "stop"
+    assert order_name("sweep@ garden") == "sweep@garden"
+    with pytest.raises(ConfigError, match="stop knows no zones"):
+        order_name("stop@garden")
 
 
 def test_an_unknown_name_is_answered_with_those_that_exist():

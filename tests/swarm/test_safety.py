@@ -147,6 +147,46 @@ def test_the_goal_of_a_robot_that_is_not_heard_of_is_still_kept_clear():
         assert np.hypot(*np.subtract(out.xy, left.xy)) >= GAP - 1e-6
 
 
+def unlinked(safety, states):
+    """Its link is told to be down before it has been silent for long."""
+    safety.hold(0.1, "lost", "its link is down")
+
+
+def lapsed(safety, states):
+    """Its lease ends before it has been silent for long."""
+    safety.watch(0.3, states)
+
+
+def stopped(safety, states):
+    """All are stopped, and may go again."""
+    safety.admit(0.1, [Stop(0.1)], states)
+    safety.resume()
+
+
+@pytest.mark.parametrize("befall", [unlinked, lapsed, stopped])
+def test_a_stop_that_was_perhaps_not_heard_forgets_no_goal(befall):
+    safety = SafetyFilter(LIMITS, SHEET)
+    states = {"lost": robot("lost", (0.5, 0.4)), "a": robot("a", (0.75, 0.4))}
+    (left,) = safety.admit(0.0, [go((0.6, 0.4), robot="lost")], states)
+    befall(safety, states)
+    for k in range(40):
+        t = 1.0 + 0.05 * k
+        states["a"] = robot("a", states["a"].xy, t=t)
+        safety.watch(t, states)
+        (out,) = safety.admit(t, [go((0.4, 0.4), t=t, until=t + 0.3)], states)
+        states["a"] = robot("a", out.xy, t=t)
+        assert np.hypot(*np.subtract(out.xy, left.xy)) >= GAP - 1e-6
+
+
+@pytest.mark.parametrize("xy", [np.array([np.nan, 0.4]), [np.nan, 0.4], (np.float32("nan"), 0.4)])
+def test_what_is_not_finite_in_any_other_guise_stops_too(xy):
+    assert isinstance(filtered(go(xy), robot()), Stop)
+
+
+def test_a_robot_whose_clock_is_ahead_is_not_driven():
+    assert "clock is ahead" in filtered(go((0.6, 0.4)), robot(t=9.0)).why
+
+
 # --- whatever is asked ---------------------------------------------------------------------------------------
 
 places = st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 0.8))

@@ -1,5 +1,6 @@
 """The swarm's part of the mind: behaviours and errands, watched and filtered, and every way to stop."""
 
+import math
 from collections.abc import Mapping, Sequence
 
 import msgspec
@@ -7,9 +8,11 @@ import numpy as np
 
 from armspan.conductor.settings import Settings
 from armspan.errors import ConfigError, known_names
-from armspan.records import COMMANDS, Command, Drive, GoTo, Output, Press, RobotState, Say, Stop, Vec2
+from armspan.records import COMMANDS, Command, Drive, GoTo, Haptic, Light, Output, Press, RobotState, Say, Stop, Vec2
 from armspan.swarm.director import POINTED, STOP, Director, behaviour_name
 from armspan.swarm.errands import Errands
+from armspan.swarm.fitness import unfit
+from armspan.swarm.lights import LEDS
 from armspan.swarm.safety import SafetyFilter
 
 _COMMAND: "msgspec.json.Decoder[Command]" = msgspec.json.Decoder(Command)
@@ -79,16 +82,17 @@ class Steering:
     def command(self, press: Press) -> list[Output]:
         """A single command, as JSON, from a page or a script: filtered like any other."""
         try:
-            command = _COMMAND.decode(press.value)
-        except (msgspec.ValidationError, msgspec.DecodeError) as error:
+            command = _sound(_COMMAND.decode(press.value))
+        except (ConfigError, ValueError, TypeError, RecursionError) as error:
             kinds = ", ".join(kind.__name__ for kind in COMMANDS)
             return [Say(press.t, f"That is no command ({error}); expected JSON with a type of {kinds}", "trouble")]
+        if command.robot is not None and command.robot not in self.settings.robots:
+            return [Say(press.t, known_names("robot", command.robot, self.settings.robots), "trouble")]
         if isinstance(command, Stop):
             why = command.why or "asked for"
             return self.stop(press.t, why) if command.robot is None else self._halt(press.t, [command.robot], why)
-        if command.robot not in self.settings.robots:
-            return [Say(press.t, known_names("robot", command.robot, self.settings.robots), "trouble")]
-        self.director.leave([command.robot])
+        if isinstance(command, GoTo | Drive):
+            self.director.leave([command.robot])
         self._raw.append(msgspec.structs.replace(command, t=press.t))
         return []
 
@@ -110,6 +114,10 @@ class Steering:
 
     def resume(self, t: float, robot: str = "") -> list[Output]:
         """Robots may move again, all or one, once something new is asked of them."""
+        if robot and robot not in self.settings.robots:
+            return [Say(t, known_names("robot", robot, self.settings.robots), "trouble")]
+        if robot and self.filter.stopped:
+            return [Say(t, f"{robot}: all robots are stopped; resume without a name first", "trouble")]
         if not robot:
             self.filter.resume()
         self.filter.release([robot] if robot else list(self.filter.waiting))
@@ -120,18 +128,21 @@ class Steering:
     def _begin(
         self, t: float, name: str, why: str, user: Vec2 | None, robots: Sequence[str], zone: str
     ) -> list[Output]:
-        asked = [robot for robot in self.states if not robots or robot in robots]
-        self.filter.release(asked)
-        stops = self._watch(t, {robot: self.states[robot] for robot in asked})
-        able = {robot: self.states[robot] for robot in asked if robot not in self.filter.waiting}
+        wanted = robots or self.settings.robots
+        able = {
+            robot: state
+            for robot, state in self.states.items()
+            if robot in wanted and unfit(t, state, self.settings.sheet, self.settings.limits) is None
+        }
         if not able:
-            return [*stops, Say(t, f"{name}: no robot can drive now", "trouble")]
-        self.director.begin(name, able, user, zone)
+            return [Say(t, f"{name}: no robot can drive now", "trouble")]
+        self.director.begin(name, able, user, zone)  # what cannot be begun changes nothing
+        self.filter.release(able)
         for robot in able:
             self.errands.goals.pop(robot, None)
         only = f" ({', '.join(able)})" if robots else ""
         where = f" in {zone}" if zone else ""
-        return [*stops, Say(t, f"{why}: {name}{where}{only}", "")]
+        return [Say(t, f"{why}: {name}{where}{only}", "")]
 
     def _halt(self, t: float, robots: Sequence[str], why: str) -> list[Output]:
         for robot in robots:
@@ -149,3 +160,21 @@ class Steering:
             if stop.robot is not None and stop.robot in self.filter.waiting:
                 self._leave(stop.robot)
         return list(stops)
+
+
+def _sound(command: Command) -> Command:
+    """A command that any robot can be told; what no robot has is refused (ConfigError)."""
+    match command:
+        case Light(colour=colour, led=led):
+            if not all(0 <= shade <= 255 for shade in colour) or not (led is None or 0 <= led < LEDS):
+                raise ConfigError(
+                    f"a light of {colour} at {led}: colours go from 0 to 255, lights from 0 to {LEDS - 1}"
+                )
+        case Haptic(strength=strength, duration=duration):
+            if not (0 <= strength <= 1 and 0 <= duration <= 60):
+                raise ConfigError(f"a haptic of {strength} for {duration} s: strength goes to 1, duration to 60 s")
+        case GoTo(heading=float(heading)) if math.isfinite(heading):
+            return msgspec.structs.replace(command, heading=math.remainder(heading, 2 * math.pi))
+        case _:
+            pass
+    return command

@@ -16,7 +16,7 @@ from armspan.config.recordings import UNIT_TOLERANCE
 from armspan.errors import ConfigError, known_names
 from armspan.pointing.selection import SelectionSettings
 from armspan.records import Arm, Body, Model, Quaternion, Sheet, Vec2, Zone
-from armspan.swarm.director import DICTIONARY, STOP, behaviour_name
+from armspan.swarm.director import DICTIONARY, STOP, order_name
 from armspan.swarm.limits import Limits
 
 
@@ -147,7 +147,7 @@ class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             limits=self.limits,
             selection=self.selection,
             feedback=self.feedback,
-            gestures=self.gestures.behaviours,
+            gestures={label: order_name(order) for label, order in self.gestures.behaviours.items()},
             dice=self.simulation.seed,
             choice_s=self.gestures.choice_s,
         )
@@ -256,9 +256,9 @@ def _check(room: RoomFile, robots: bool) -> None:
 def _check_gestures(gestures: GestureEntry, zones: Collection[str]) -> None:
     named = {}
     for label, behaviour in gestures.behaviours.items():
-        name, _, zone = behaviour.partition("@")
+        zone = behaviour.partition("@")[2].strip()
         try:
-            named[label] = behaviour_name(name)
+            named[label] = order_name(behaviour)
         except ConfigError as error:
             raise ConfigError(f"gestures.behaviours.{label}: {error}") from None
         if "@" in behaviour and zone not in zones:

@@ -37,9 +37,13 @@ class Courses:
             self._last = np.append(self._last, np.zeros(more, dtype=np.intp))
         return np.array([self.number[name] for name in names], dtype=np.intp)
 
-    def ways(self, rows: NDArray[np.intp], at: Array, t: float) -> Array:
-        """The points (n, 1 + kept, 2) [m] whose hull each robot stays in; ``at`` (n, 2) is where it was last heard."""
-        live = self._ends[rows] > t
+    def ways(self, rows: NDArray[np.intp], at: Array, heard: Array) -> Array:
+        """The points (n, 1 + kept, 2) [m] whose hull each robot stays in.
+
+        ``at`` (n, 2) is where it was ``heard`` (n,) [s] last: only a robot that was heard after a goal's end has
+        surely left it.
+        """
+        live = self._ends[rows] > heard[:, None]
         goals = np.where(live[:, :, None], self._goals[rows], at[:, None])
         return np.concatenate([at[:, None], goals], axis=1)
 
@@ -56,7 +60,7 @@ class Courses:
         self._goals[rows, last] = goals
         self._ends[rows, last] = np.inf
 
-    def stop(self, rows: NDArray[np.intp], ends: Array) -> None:
-        """Robots were told to stop: their goals end at ``ends`` (k,) [s], once that has surely arrived."""
+    def stop(self, rows: NDArray[np.intp], end: float) -> None:
+        """Robots were told to stop: their goals end at ``end`` [s], when that has arrived if it ever does."""
         self.velocity[rows], self.until[rows] = 0.0, -np.inf
-        self._ends[rows] = np.minimum(self._ends[rows], ends[:, None])
+        self._ends[rows] = np.minimum(self._ends[rows], end)

@@ -90,6 +90,20 @@ def behaviour_name(text: str) -> str:
     return name
 
 
+def order_name(text: str) -> str:
+    """A behaviour, and after an ``@`` the zone that it is for, in the words that are compared.
+
+    Raises:
+        ConfigError: there is no such behaviour, or it knows no zones.
+
+    """
+    asked, at, zone = text.partition("@")
+    name = behaviour_name(asked)
+    if at and name not in IN_ZONES:
+        raise ConfigError(f"{text!r}: {name} knows no zones; {' and '.join(IN_ZONES)} do")
+    return f"{name}@{zone.strip()}" if at else name
+
+
 @dataclass(slots=True)
 class Running:
     """A behaviour that goes on, and the robots that take part."""

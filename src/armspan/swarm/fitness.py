@@ -13,6 +13,8 @@ def unfit(t: float, state: RobotState, sheet: Sheet, limits: Limits) -> str | No
     """Why a robot must not be driven at ``t`` [s], in words; None where it may."""
     if state.held:
         return "lifted or off the sheet"
+    if state.t - t > STALE:
+        return f"{state.robot} tells of a time to come: its clock is ahead"
     if t - state.t > STALE:
         return f"nothing heard of {state.robot} for {STALE} s"
     x, y = state.xy

@@ -48,9 +48,8 @@ class SafetyFilter:
         reach = self._clear + _STRAY + limits.speed_m_s * limits.latency_s
         self._avoidance = Avoidance(reach, self._bounds, rng or np.random.default_rng(0))
         self._keep = limits.latency_s + LOST
-        self._courses = Courses(math.ceil(self._keep / _BEAT) + 2)
+        self._courses = Courses(math.ceil((self._keep + STALE) / _BEAT) + 2)
         self._answers = Answers(limits.lead_m, limits.latency_s + _BEAT / 2)
-        self._lost: set[str] = set()
 
     def resume(self) -> None:
         """Take the latch off; robots still wait for a new command."""
@@ -66,7 +65,6 @@ class SafetyFilter:
         stops: list[Command] = []
         for robot, state in states.items():
             why = unfit(t, state, self.sheet, self.limits)
-            (self._lost.add if t - state.t > STALE else self._lost.discard)(robot)
             if why is not None and robot not in self.waiting:
                 self.waiting[robot] = why
                 stops.append(self._halt(Stop(t, robot, why)))
@@ -95,7 +93,7 @@ class SafetyFilter:
                     motions.clear()
                 else:
                     motions.pop(command.robot, None)
-            elif not is_finite(command):
+            elif not _finite(command):
                 motions.pop(command.robot, None)
                 passed.append(self._halt(Stop(t, command.robot, "a command was not finite")))
             elif isinstance(command, GoTo | Drive):
@@ -105,10 +103,9 @@ class SafetyFilter:
         return passed + self._motions(t, motions, states)
 
     def _halt(self, stop: Stop) -> Stop:
-        """Note a Stop that leaves; a robot that is not heard of may not hear it, and go on to its goal."""
+        """Note a Stop that leaves."""
         robots = list(self._courses.number) if stop.robot is None else [stop.robot]
-        ends = np.array([np.inf if robot in self._lost else stop.t + self._keep for robot in robots])
-        self._courses.stop(self._courses.know(robots), ends)
+        self._courses.stop(self._courses.know(robots), stop.t + self._keep)
         self.stopped = self.stopped or stop.robot is None
         return stop
 
@@ -179,7 +176,7 @@ class SafetyFilter:
         """New goals (n, 2) [m] and speeds (n,) [m/s] of the moving robots."""
         sent = self._courses.sent[rows]
         step = np.clip(t - sent, _SOONEST, _LATEST)
-        ways = self._courses.ways(rows, crowd.at, t)
+        ways = self._courses.ways(rows, crowd.at, np.minimum(crowd.heard, t))
         extent = np.hypot(*np.moveaxis(ways - crowd.at[:, None], 2, 0)).max(axis=1)
         extent = np.maximum(extent, self.limits.lead_m * crowd.moving)
         seen = self._avoidance.reach + 2 * self.limits.speed_m_s * HORIZON
@@ -236,6 +233,12 @@ class SafetyFilter:
             wished[rest], normals[rest], np.maximum(room[rest], 0.0), most[rest]
         )
         return np.where(possible[:, None], goals, 0.0)
+
+
+def _finite(command: Command) -> bool:
+    """Whether all its numbers are finite, also where a behaviour made them of something else than floats."""
+    vector = command.xy if isinstance(command, GoTo) else command.velocity if isinstance(command, Drive) else ()
+    return is_finite(command) and all(math.isfinite(float(value)) for value in vector)
 
 
 def _lead(velocity: Array, limits: Limits, most: Array) -> Array:
