@@ -196,3 +196,10 @@ def test_a_runs_log_replays_to_itself(tmp_path, capsys):
     document(capsys, "gather", "--robots", "3", "--seconds", "4", "--log", str(path))
     assert code_of("replay", str(path), "--check") == 0
     assert capsys.readouterr().out.startswith("equal: ")
+
+
+def test_the_emulator_keeps_a_truth_that_was_told_before(tmp_path, capsys):
+    path = tmp_path / "truth.jsonl"
+    path.write_text("mine\n")
+    assert "exists and is kept" in refused(capsys, tmp_path, "emulate", "cellulo", "--port", 0, "--truth", path)
+    assert path.read_text() == "mine\n"

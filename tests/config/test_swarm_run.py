@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from armspan.conductor.robots_only import RobotsOnly
+from armspan.config import house
 from armspan.config.room_file import ZoneEntry, parse_room
 from armspan.config.swarm_act import Act, drive, plant_of, simulate
 from armspan.config.swarm_run import Wanted, places, run_in_room, swarm_run
@@ -232,3 +233,12 @@ def test_a_relay_where_nobody_is_heard_is_told(monkeypatch):
     act = Act(swarm_run(Wanted(behaviour="gather", robots=2)))
     with pytest.raises(DeviceNotFound, match=r"r1, r2 not heard within 0\.3 s behind the relay at 127\.0\.0\.1:9"):
         asyncio.run(drive(act, "127.0.0.1", 9, ["00:06:66:E7:00:01", "00:06:66:E7:00:02"]))
+
+
+def test_a_dictionary_and_a_model_speak_of_the_same_gestures():
+    labels = ("wave", "halt")
+    house._check_labels({"wave": "gather", "halt": "stop"}, labels)
+    with pytest.raises(ConfigError, match="gesture 'flibber' does not exist; there are: halt, wave"):
+        house._check_labels({"flibber": "stop"}, labels)
+    with pytest.raises(ConfigError, match=r"no gesture that the model knows \(wave, halt\) is mapped to 'stop'"):
+        house._check_labels({"wave": "gather", "stop": "stop"}, labels)

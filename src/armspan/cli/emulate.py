@@ -6,6 +6,7 @@ import math
 import signal
 from contextlib import ExitStack, suppress
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from armspan.cli.run import positive
 from armspan.devices.cellulo.emulator import Emulator, addresses, places
 from armspan.devices.cellulo.firmware import Faults, Firmware
 from armspan.devices.cellulo.relay import PORT
+from armspan.errors import ConfigError
 from armspan.records import Sheet, Vec2
 
 
@@ -46,11 +48,18 @@ def run(args: argparse.Namespace) -> int:
     firmware = Firmware(xy, heading, sheet, rng, faults=Faults(args.latency_ms / 1000, args.drop))
     robots = {mac: f"r{k}" for k, mac in enumerate(addresses(args.robots), 1)}
     with ExitStack() as stack:
-        truth = stack.enter_context(args.truth.open("w", encoding="utf-8")) if args.truth else None
+        truth = stack.enter_context(_fresh(args.truth)) if args.truth else None
         emulator = Emulator(firmware, robots, truth, args.link_loss_at, args.kidnap_at)
         with suppress(asyncio.CancelledError):
             asyncio.run(_serve(emulator, args.port))
     return 0
+
+
+def _fresh(path: Path) -> TextIO:
+    """A new file; one that says something already is kept (ConfigError)."""
+    if path.is_file() and path.stat().st_size:
+        raise ConfigError(f"{path} exists and is kept: name another file with --truth, or delete it first")
+    return path.open("a", encoding="utf-8")
 
 
 async def _serve(emulator: Emulator, port: int) -> None:

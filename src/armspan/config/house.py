@@ -34,6 +34,7 @@ from armspan.simulation.robots import Plant, VirtualRobots
 from armspan.simulation.script import Script, Target, Trial
 from armspan.simulation.second_arm import TwoArmedPerson
 from armspan.simulation.world import World, zone_middles
+from armspan.swarm.director import DICTIONARY, STOP
 
 
 @dataclass(slots=True)
@@ -117,7 +118,21 @@ def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = No
     settings = room.settings(body)
     world = _world(room, settings, person, bands, robots, rng) if bands or robots else None
     model = read_model(folder / room.gestures.model) if room.gestures.model else None
+    if model is not None:
+        _check_labels(settings.gestures, model.facts.labels)
     return House(settings, world, _logs(room, folder), replayed_devices(room), seconds, model)
+
+
+def _check_labels(orders: dict[str, str], labels: tuple[str, ...]) -> None:
+    """The dictionary and the model must speak of the same gestures; the default one may know more."""
+    for label in orders:
+        if label not in labels and label not in DICTIONARY:
+            raise ConfigError(f"gestures.behaviours: {known_names('gesture', label, labels)}")
+    if orders != DICTIONARY and not any(orders.get(label) == STOP for label in labels):
+        raise ConfigError(
+            f"gestures.behaviours: no gesture that the model knows ({', '.join(labels)}) is mapped to {STOP!r}; one "
+            "must always stop the robots"
+        )
 
 
 def _draw_person(wanted: SimulatedPerson, room: RoomFile, rng: np.random.Generator) -> Person:
