@@ -119,8 +119,10 @@ def read(path, end, ending):
     ended = end - start if ending in STOPPED else max(end - start, lines[-1]["heard"])
     t = np.array([line["t"] for line in lines])
     k = int(np.searchsorted(t, ended))
+    # whether a host was there is asked 1.5 s later: the relay itself gives a silent one up after 6 s
+    later = lines[min(int(np.searchsorted(t, ended + 1.5)), len(lines) - 1)]
     return SimpleNamespace(
-        t=t - ended, xy=rows[..., :2], speed=rows[..., 2], k=k, late=ended - (end - start), host=lines[-1]["host"]
+        t=t - ended, xy=rows[..., :2], speed=rows[..., 2], k=k, late=ended - (end - start), host=later["host"]
     )
 
 
