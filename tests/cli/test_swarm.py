@@ -198,6 +198,17 @@ def test_a_runs_log_replays_to_itself(tmp_path, capsys):
     assert capsys.readouterr().out.startswith("equal: ")
 
 
+def test_a_run_that_never_begins_leaves_an_older_log(tmp_path, capsys, monkeypatch):
+    path = tmp_path / "old.mcap"
+    path.write_text("mine\n")
+    monkeypatch.setattr("armspan.config.swarm_act.HEARD", 0.2)
+    words = ("gather", "--log", path, "--overwrite", "--relay", "127.0.0.1:9")
+    assert code_of("swarm", *words) == 2
+    assert "not heard" in capsys.readouterr().err
+    assert path.read_text() == "mine\n"
+    assert [found.name for found in tmp_path.iterdir()] == ["old.mcap"]
+
+
 def test_the_emulator_keeps_a_truth_that_was_told_before(tmp_path, capsys):
     path = tmp_path / "truth.jsonl"
     path.write_text("mine\n")

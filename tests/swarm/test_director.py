@@ -80,14 +80,14 @@ def test_a_behaviour_that_cannot_be_done_leaves_the_others_as_they_were():
 
 def test_a_zone_is_covered_where_one_is_named():
     one = director()
-    one.begin("sweep", {"a": STATES["a"]}, zone="garden")
+    one.begin("sweep@garden", {"a": STATES["a"]})
     wish = one.step(0.0, STATES, None)[0]
     assert 0.1 <= wish.xy[0] <= 0.4
     assert 0.1 <= wish.xy[1] <= 0.4
     with pytest.raises(ConfigError, match=r"zone 'moon'.*garden, harbour"):
-        one.begin("sweep", STATES, zone="moon")
+        one.begin("sweep@moon", STATES)
     with pytest.raises(ConfigError, match="gather knows no zones"):
-        one.begin("gather", STATES, zone="garden")
+        one.begin("gather@garden", STATES)
 
 
 def test_robots_hold_their_places_until_all_are_done():

@@ -4,8 +4,8 @@ import argparse
 import asyncio
 import math
 import sys
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -201,12 +201,26 @@ def _play(act: Act, args: argparse.Namespace) -> None:
     with ExitStack() as stack:
         sinks: list[Sink] = [talk]
         if args.log:
-            sinks.append(stack.enter_context(LogWriter(args.log, _header(act), overwrite=True)))
+            sinks.append(stack.enter_context(_log(args.log, act)))
         try:
             asyncio.run(_until_told(act, args, sinks))
         except asyncio.CancelledError:
             print("the robots were stopped", file=sys.stderr)
             raise KeyboardInterrupt from None
+
+
+@contextmanager
+def _log(path: Path, act: Act) -> Iterator[LogWriter]:
+    """A log that takes the place of an older one only where the behaviour was begun."""
+    fresh = path.with_name(f"{path.name}.new") if path.exists() else path
+    try:
+        with LogWriter(fresh, _header(act), overwrite=True) as log:
+            yield log
+    finally:
+        if act.began is None:
+            fresh.unlink(missing_ok=True)
+        elif fresh != path:
+            fresh.replace(path)
 
 
 async def _until_told(act: Act, args: argparse.Namespace, sinks: Sequence[Sink]) -> None:

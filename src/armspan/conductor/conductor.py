@@ -135,11 +135,9 @@ class Conductor:
     def _unlinked(self, link: Link) -> list[Output]:
         if link.source in self.settings.robots:
             return self._steering.lost(link.t, link.source)
-        stops = self._steering.halt(link.t, f"{link.source} is out of reach") if self._worn(link.source) else []
+        worn = link.source in self._arm.by_name
+        stops = self._steering.halt(link.t, f"{link.source} is out of reach") if worn else []
         return [*stops, Say(link.t, f"{link.source} is out of reach", "")]
-
-    def _worn(self, source: str) -> bool:
-        return source in self._arm.by_name
 
     def _gesture(self, t: float) -> list[Output]:
         if self._gestures is None:

@@ -9,7 +9,7 @@ import numpy as np
 from armspan.conductor.settings import Settings
 from armspan.errors import ConfigError, known_names
 from armspan.records import COMMANDS, Command, Drive, GoTo, Haptic, Light, Output, Press, RobotState, Say, Stop, Vec2
-from armspan.swarm.director import POINTED, STOP, Director, behaviour_name
+from armspan.swarm.director import POINTED, STOP, Director, order_name
 from armspan.swarm.errands import Errands
 from armspan.swarm.fitness import unfit
 from armspan.swarm.lights import LEDS
@@ -46,7 +46,7 @@ class Steering:
     def lost(self, t: float, robot: str) -> list[Output]:
         """A robot's link is down."""
         self._leave(robot)
-        return [*self.filter.hold(t, robot, "its link is down"), Say(t, f"{robot} is out of reach", "")]
+        return [self.filter.hold(t, robot, "its link is down"), Say(t, f"{robot} is out of reach", "")]
 
     def tick(self, t: float, pointed: Vec2 | None) -> list[Output]:
         """What is due at ``t`` [s]: stops first, then the motions of all robots, made safe together."""
@@ -66,16 +66,15 @@ class Steering:
         A zone may be asked for after an ``@``: ``sweep@garden`` covers the zone and not the sheet.
         """
         try:
-            name = behaviour_name(asked.partition("@")[0])
-            zone = asked.partition("@")[2]
+            order = order_name(asked)
             strange = [robot for robot in robots if robot not in self.settings.robots]
             if strange:
                 raise ConfigError(known_names("robot", strange[0], self.settings.robots))
-            if name == STOP:
+            if order == STOP:
                 return self.stop(t, why) if not robots else self._halt(t, robots, why)
             if self.filter.stopped:
-                return [Say(t, f"{name}: the robots are stopped; resume first", "")]
-            return self._begin(t, name, why, user, robots, zone)
+                return [Say(t, f"{order}: the robots are stopped; resume first", "")]
+            return self._begin(t, order, why, user, robots)
         except ConfigError as error:
             return [Say(t, f"{asked}: {error}", "trouble")]
 
@@ -105,7 +104,7 @@ class Steering:
 
     def halt(self, t: float, why: str) -> list[Output]:
         """All robots that do anything stop, and wait for a new command; nothing is latched."""
-        return self._halt(t, sorted(self.director.busy | set(self.errands.goals)), why)
+        return self._halt(t, sorted(self.director.busy | set(self.errands.goals) | self.filter.driven), why)
 
     def unsteer(self, t: float, why: str) -> list[Output]:
         """The arm points nowhere any more: the robots that it steers stop."""
@@ -125,9 +124,7 @@ class Steering:
 
     # --- details ---------------------------------------------------------------------------------------
 
-    def _begin(
-        self, t: float, name: str, why: str, user: Vec2 | None, robots: Sequence[str], zone: str
-    ) -> list[Output]:
+    def _begin(self, t: float, order: str, why: str, user: Vec2 | None, robots: Sequence[str]) -> list[Output]:
         wanted = robots or self.settings.robots
         able = {
             robot: state
@@ -135,19 +132,18 @@ class Steering:
             if robot in wanted and unfit(t, state, self.settings.sheet, self.settings.limits) is None
         }
         if not able:
-            return [Say(t, f"{name}: no robot can drive now", "trouble")]
-        self.director.begin(name, able, user, zone)  # what cannot be begun changes nothing
+            return [Say(t, f"{order}: no robot can drive now", "trouble")]
+        self.director.begin(order, able, user)  # what cannot be begun changes nothing
         self.filter.release(able)
         for robot in able:
             self.errands.goals.pop(robot, None)
         only = f" ({', '.join(able)})" if robots else ""
-        where = f" in {zone}" if zone else ""
-        return [Say(t, f"{why}: {name}{where}{only}", "")]
+        return [Say(t, f"{why}: {order.replace('@', ' in ')}{only}", "")]
 
     def _halt(self, t: float, robots: Sequence[str], why: str) -> list[Output]:
         for robot in robots:
             self._leave(robot)
-        return list(self.filter.admit(t, [Stop(t, robot, why) for robot in robots], self.states))
+        return [self.filter.hold(t, robot, why) for robot in robots]
 
     def _leave(self, robot: str) -> None:
         self.director.leave([robot])

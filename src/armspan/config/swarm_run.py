@@ -14,7 +14,7 @@ from armspan.errors import ConfigError
 from armspan.frames import Array
 from armspan.records import Body, RobotState, Sheet, Vec2, Zone
 from armspan.study.swarm import SwarmAccount
-from armspan.swarm.director import IN_ZONES, POINTED, Director, behaviour_name
+from armspan.swarm.director import IN_ZONES, POINTED, Director, order_name
 from armspan.swarm.limits import Limits
 
 PlantName: TypeAlias = Literal["cellulo", "disc"]
@@ -96,7 +96,7 @@ def swarm_run(wanted: Wanted) -> SwarmRun:
     """
     if not 1 <= wanted.robots <= MOST:
         raise ConfigError(f"{wanted.robots} robots; expected 1 to {MOST}")
-    behaviour_name(wanted.behaviour.partition("@")[0])
+    order_name(wanted.behaviour)
     for zone in wanted.zones:
         check_zone(zone, wanted.sheet)
     limits = _limits(wanted)
@@ -154,25 +154,24 @@ def _check_told(behaviour: str, wanted: Wanted) -> None:
 
 def _rehearse(run: SwarmRun) -> None:
     """Begin the behaviour once with nobody there, so that what cannot be done is refused before anything is opened."""
-    name, _, zone = run.behaviour.partition("@")
     settings = run.settings
     states = {
         robot: RobotState(0.0, robot, (float(x), float(y)), 0.0)
         for robot, (x, y) in zip(settings.robots, run.starts, strict=True)
     }
     director = Director(settings.limits, settings.sheet, settings.zones, np.random.default_rng(0))
-    director.begin(name, states, run.wanted.user, zone)
+    director.begin(run.behaviour, states, run.wanted.user)
 
 
 def _in_zone(asked: str, zones: tuple[Zone, ...]) -> tuple[str, Zone | None]:
     """A behaviour as it is begun, with the zone that it is for: the one that is named, or the only one."""
-    name, _, wanted = asked.partition("@")
-    name, by_name = behaviour_name(name), {zone.name: zone for zone in zones}
-    if wanted:
-        return f"{name}@{wanted}", by_name.get(wanted)  # one that does not exist is refused in rehearsal
-    if name in IN_ZONES and len(zones) == 1:
-        return f"{name}@{zones[0].name}", zones[0]
-    return name, None
+    order = order_name(asked)
+    _, at, wanted = order.partition("@")
+    if at:  # a zone that does not exist is refused in rehearsal
+        return order, next((zone for zone in zones if zone.name == wanted), None)
+    if order in IN_ZONES and len(zones) == 1:
+        return f"{order}@{zones[0].name}", zones[0]
+    return order, None
 
 
 def _latency(wanted: Wanted) -> float:

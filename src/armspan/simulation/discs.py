@@ -6,7 +6,7 @@ Between two commands a disc's motion is known in closed form, so that what it do
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from heapq import heappop, heappush
 from itertools import count
@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
-from armspan.errors import DataError, DeviceNotFound, known_names
+from armspan.errors import DataError
 from armspan.frames import Array
 from armspan.records import Command, Drive, GoTo, RobotState, Sheet, Stop, Vec2, is_finite
+from armspan.simulation.addresses import addressed
 from armspan.simulation.contacts import Mask
 
 LOOK = 0.010
@@ -84,17 +85,17 @@ class IdealDiscs:
         """
         if not is_finite(command):
             raise DataError(f"{command} has a number that is not finite; send one whose numbers all are")
-        for robot in self._addressed(command.robot):
+        for robot in addressed(command.robot, self._number):
             self._schedule(t + self.latency, partial(self._obey, robot, command))
 
     def lift(self, t: float, robot: str) -> None:
         """Take a disc off the sheet at ``t`` [s]."""
-        (i,) = self._addressed(robot)
+        (i,) = addressed(robot, self._number)
         self._schedule(t, lambda at: self._lift(i, at))
 
     def put_down(self, t: float, robot: str, xy: Vec2, heading: float) -> None:
         """Put a disc on the sheet at ``t`` [s], at ``xy`` [m] and ``heading`` [rad]; it resumes its goal."""
-        (i,) = self._addressed(robot)
+        (i,) = addressed(robot, self._number)
         self._schedule(t, lambda at: self._put_down(i, xy, heading, at))
 
     def advance(self, t: float) -> list[tuple[float, RobotState]]:
@@ -137,13 +138,6 @@ class IdealDiscs:
             self._air.append((arrival, RobotState(t, self.names[i], (x, y), heading, held[i])))
 
     # --- commands --------------------------------------------------------------------------------------
-
-    def _addressed(self, robot: str | None) -> Iterable[int]:
-        if robot is None:
-            return range(len(self.names))
-        if robot not in self._number:
-            raise DeviceNotFound(known_names("robot", robot, self.names))
-        return (self._number[robot],)
 
     def _schedule(self, t: float, act: Callable[[float], None]) -> None:
         heappush(self._pending, (max(t, self._now), next(self._order), act))

@@ -7,7 +7,7 @@ last goal holds for ever.
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from heapq import heappop, heappush
 from itertools import count
@@ -16,9 +16,10 @@ from operator import itemgetter
 import numpy as np
 from numpy.typing import ArrayLike
 
-from armspan.errors import DataError, DeviceNotFound, known_names
+from armspan.errors import DataError
 from armspan.frames import Array
 from armspan.records import Command, Drive, GoTo, Haptic, Light, RobotState, Sheet, Stop, Vec2, is_finite
+from armspan.simulation.addresses import addressed
 from armspan.simulation.bodies import Bodies, Plant
 from armspan.simulation.cellulo import COUNTS_PER_TURN, MM_PER_COUNT, Localisation, Mask, Motion, Sighting
 from armspan.simulation.lights import LEDS, TICKS_PER_SECOND, TOP, Effect, Lights
@@ -93,19 +94,19 @@ class VirtualRobots:
 
         """
         _check(command)
-        for robot in self._addressed(command.robot):
+        for robot in addressed(command.robot, self._number):
             arrival = max(t + self._down_dice.uniform(*self.plant.latency), self._commanded[robot])
             self._commanded[robot] = arrival
             self._schedule(arrival, partial(self._obey, robot, command))
 
     def lift(self, t: float, robot: str) -> None:
         """Take a robot off the sheet at ``t`` [s]."""
-        (i,) = self._addressed(robot)
+        (i,) = addressed(robot, self._number)
         self._schedule(t, lambda _: self.bodies.lift(i))
 
     def put_down(self, t: float, robot: str, xy: Vec2, heading: float) -> None:
         """Put a robot on the sheet at ``t`` [s], at ``xy`` [m] and ``heading`` [rad]; it resumes its goal."""
-        (i,) = self._addressed(robot)
+        (i,) = addressed(robot, self._number)
         self._schedule(t, lambda _: self.bodies.put_down(i, xy, heading))
 
     def advance(self, t: float) -> list[tuple[float, RobotState]]:
@@ -182,13 +183,6 @@ class VirtualRobots:
             self._air.append((arrival, RobotState(t, self.names[i], (x, y), heading, lifted)))
 
     # --- commands --------------------------------------------------------------------------------------
-
-    def _addressed(self, robot: str | None) -> Iterable[int]:
-        if robot is None:
-            return range(len(self.names))
-        if robot not in self._number:
-            raise DeviceNotFound(known_names("robot", robot, self.names))
-        return (self._number[robot],)
 
     def _schedule(self, t: float, act: Callable[[float], None]) -> None:
         heappush(self._pending, (t, next(self._order), act))

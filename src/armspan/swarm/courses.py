@@ -15,6 +15,7 @@ class Courses:
     def __init__(self, kept: int) -> None:
         self._kept = kept
         self.number: dict[str, int] = {}
+        self._names: list[str] = []
         self.velocity: Array = np.zeros((0, 2))
         self.until: Array = np.zeros(0)
         self.sent: Array = np.zeros(0)
@@ -28,6 +29,7 @@ class Courses:
         if fresh:
             for name in fresh:
                 self.number[name] = len(self.number)
+            self._names += fresh
             more = len(fresh)
             self.velocity = np.vstack([self.velocity, np.zeros((more, 2))])
             self.until = np.append(self.until, np.full(more, -np.inf))
@@ -36,6 +38,11 @@ class Courses:
             self._ends = np.vstack([self._ends, np.full((more, self._kept), -np.inf)])
             self._last = np.append(self._last, np.zeros(more, dtype=np.intp))
         return np.array([self.number[name] for name in names], dtype=np.intp)
+
+    def lapsed(self, t: float) -> list[str]:
+        """The robots whose lease has run out at ``t`` [s], those that have none left out."""
+        rows = np.flatnonzero((self.until > -np.inf) & (self.until <= t + 1e-9))
+        return [self._names[row] for row in rows]
 
     def ways(self, rows: NDArray[np.intp], at: Array, heard: Array) -> Array:
         """The points (n, 1 + kept, 2) [m] whose hull each robot stays in.

@@ -9,8 +9,8 @@ import numpy as np
 
 from armspan.errors import ConfigError, known_names
 from armspan.records import Drive, GoTo, RobotState, Sheet, Vec2, Zone
-from armspan.swarm.behaviours.come import Come
-from armspan.swarm.behaviours.disperse import Disperse
+from armspan.swarm.behaviours.come import come
+from armspan.swarm.behaviours.disperse import disperse
 from armspan.swarm.behaviours.follow import Follow
 from armspan.swarm.behaviours.formation import FormationAt
 from armspan.swarm.behaviours.gather import Gather
@@ -21,7 +21,7 @@ from armspan.swarm.behaviours.potential import Potential
 from armspan.swarm.behaviours.protocol import Behaviour, Stage
 from armspan.swarm.behaviours.random_walk import RandomWalk
 from armspan.swarm.behaviours.rotate import Rotate
-from armspan.swarm.behaviours.split import Merge, Split
+from armspan.swarm.behaviours.split import Merge, split
 from armspan.swarm.behaviours.sweep import Sweep
 from armspan.swarm.limits import Limits
 
@@ -41,16 +41,16 @@ MAKERS: dict[str, Maker] = {
     "deploy": Lloyd,
     "deploy-field": Potential,
     "gather": Gather,
-    "disperse": Disperse,
+    "disperse": disperse,
     "follow": Follow,
     "formation": FormationAt,
     "rotate-left": partial(Rotate, turn=1),
     "rotate-right": partial(Rotate, turn=-1),
-    "split": Split,
+    "split": split,
     "merge": Merge,
     "patrol": Patrol,
     "leader": Leader,
-    "come": Come,
+    "come": come,
 }
 """Every behaviour but ``stop``: adding one is one file, and one line here."""
 
@@ -125,28 +125,26 @@ class Director:
         """The robots that take part in anything."""
         return {robot for running in self.running for robot in running.robots}
 
-    def begin(self, name: str, states: Mapping[str, RobotState], user: Vec2 | None = None, zone: str = "") -> None:
-        """Begin a behaviour with the robots of ``states``; they leave what they did before.
-
-        ``zone`` names the part of the sheet that is to be covered, for the behaviours in `IN_ZONES`.
+    def begin(self, order: str, states: Mapping[str, RobotState], user: Vec2 | None = None) -> None:
+        """Begin what `order_name` knows with the robots of ``states``; they leave what they did before.
 
         Raises:
             ConfigError: there is no such behaviour, or it cannot be done with these robots here.
 
         """
-        name = behaviour_name(name)
-        behaviour = self._made(name, states, user, zone) if name != STOP else None
+        order = order_name(order)
+        name = order.partition("@")[0]
+        behaviour = self._made(order, states, user) if name != STOP else None
         self.leave(states)
         if behaviour is not None and states:
             self.running.append(Running(name, set(states), behaviour))
 
-    def _made(self, name: str, states: Mapping[str, RobotState], user: Vec2 | None, zone: str) -> Behaviour:
+    def _made(self, order: str, states: Mapping[str, RobotState], user: Vec2 | None) -> Behaviour:
         stage = self._stage(user)
-        if not zone:
+        name, at, zone = order.partition("@")
+        if not at:
             return MAKERS[name](stage, states)
         polygons = {known.name: known.polygon for known in stage.zones}
-        if name not in IN_ZONES:
-            raise ConfigError(f"{name} knows no zones; {' and '.join(IN_ZONES)} do")
         if zone not in polygons:
             raise ConfigError(known_names("zone", zone, polygons))
         return IN_ZONES[name](stage, states, polygons[zone])

@@ -66,17 +66,19 @@ class SafetyFilter:
         for robot, state in states.items():
             why = unfit(t, state, self.sheet, self.limits)
             if why is not None and robot not in self.waiting:
-                self.waiting[robot] = why
-                stops.append(self._halt(Stop(t, robot, why)))
-        ended = [robot for robot, row in self._courses.number.items() if -np.inf < self._courses.until[row] <= t + 1e-9]
-        stops.extend(self._halt(Stop(t, robot, "its lease ended")) for robot in ended)
+                stops.append(self.hold(t, robot, why))
+        stops.extend(self._halt(Stop(t, robot, "its lease ended")) for robot in self._courses.lapsed(t))
         return stops
 
-    def hold(self, t: float, robot: str, why: str) -> list[Command]:
+    @property
+    def driven(self) -> set[str]:
+        """The robots that have a lease."""
+        return set(self._courses.lapsed(np.inf))
+
+    def hold(self, t: float, robot: str, why: str) -> Stop:
         """Stop one robot, which then waits for a new command."""
-        known = robot in self.waiting
         self.waiting[robot] = why
-        return [] if known else [self._halt(Stop(t, robot, why))]
+        return self._halt(Stop(t, robot, why))
 
     def admit(self, t: float, commands: Sequence[Command], states: Mapping[str, RobotState]) -> list[Command]:
         """The commands as they may leave at ``t`` [s], in order: made safe, a Stop in their place, or left out.
@@ -122,7 +124,7 @@ class SafetyFilter:
             if why is None:
                 drivable[robot] = motion
             else:
-                stops.extend(self.hold(t, robot, why))
+                stops.append(self.hold(t, robot, why))
         return stops + (self._drive(t, drivable, states) if drivable else [])
 
     def _drive(self, t: float, motions: dict[str, GoTo | Drive], states: Mapping[str, RobotState]) -> list[Command]:
@@ -174,13 +176,19 @@ class SafetyFilter:
 
     def _safe(self, t: float, rows: NDArray[np.intp], crowd: Crowd) -> tuple[Array, Array]:
         """New goals (n, 2) [m] and speeds (n,) [m/s] of the moving robots."""
-        sent = self._courses.sent[rows]
-        step = np.clip(t - sent, _SOONEST, _LATEST)
         ways = self._courses.ways(rows, crowd.at, np.minimum(crowd.heard, t))
         extent = np.hypot(*np.moveaxis(ways - crowd.at[:, None], 2, 0)).max(axis=1)
         extent = np.maximum(extent, self.limits.lead_m * crowd.moving)
         seen = self._avoidance.reach + 2 * self.limits.speed_m_s * HORIZON
         pairs = neighbours(crowd.at, max(seen, self._clear + 2 * float(extent.max())))
+        wished, speed = self._wished(t, rows, crowd, pairs)
+        gap = crowd.at[pairs[:, 0]] - crowd.at[pairs[:, 1]]
+        near = np.hypot(gap[:, 0], gap[:, 1]) < self._clear + extent[pairs[:, 0]] + extent[pairs[:, 1]]
+        return crowd.at + self._in_cells(ways, crowd, wished, Pairs(pairs[near, 0], pairs[near, 1])), speed
+
+    def _wished(self, t: float, rows: NDArray[np.intp], crowd: Crowd, pairs: NDArray[np.intp]) -> tuple[Array, Array]:
+        """Where to send robots, from their places (n, 2) [m], and at what speed (n,): others avoided, caps kept."""
+        step = np.clip(t - self._courses.sent[rows], _SOONEST, _LATEST)
         usual = float(np.median(step[crowd.moving]))
         chosen = self._avoidance.choose(t, rows, crowd, pairs, usual)
         way = crowd.goal - crowd.at
@@ -200,15 +208,11 @@ class SafetyFilter:
         # Not beyond the goal: what is heard is late, and a robot that is sent past it would turn round it for ever.
         beyond = np.einsum("ni,ni->n", further, way) / np.maximum(away, 1e-9)
         further *= np.where(crowd.steady & (beyond > away), away / np.maximum(beyond, 1e-9), 1.0)[:, None]
-        wished = np.where(last[:, None], ahead, further)
         along = np.einsum("ni,ni->n", crowd.velocity, way) / np.maximum(away, 1e-9)
         ramp = np.maximum(along, 0.0) + most
         speed = np.where(last, np.minimum(crowd.speed, ramp), np.hypot(velocity[:, 0], velocity[:, 1]))
-        gap = crowd.at[pairs[:, 0]] - crowd.at[pairs[:, 1]]
-        near = np.hypot(gap[:, 0], gap[:, 1]) < self._clear + extent[pairs[:, 0]] + extent[pairs[:, 1]]
         self._answers.learn(rows, np.column_stack([crowd.at, crowd.heard]), speed, last & (away > reach) & crowd.moving)
-        wished *= crowd.moving[:, None]
-        return crowd.at + self._in_cells(ways, crowd, wished, Pairs(pairs[near, 0], pairs[near, 1])), speed
+        return np.where(last[:, None], ahead, further) * crowd.moving[:, None], speed
 
     def _in_cells(self, ways: Array, crowd: Crowd, wished: Array, close: Pairs) -> Array:
         """The goals, from each place, that are nearest to the wished ones and in each robot's own cell."""

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from armspan.errors import ConfigError
-from armspan.swarm.behaviours.disperse import Disperse, spread
+from armspan.swarm.behaviours.disperse import disperse, spread
 from ideal_robots import least, run, stage, standing, xy
 
 # The longest least distance of n points in the unit square, as known (n up to 9 and 16 proved)
@@ -15,7 +15,7 @@ PACKINGS = {
 
 def test_four_robots_go_to_the_corners():
     states = standing([(0.45, 0.45), (0.57, 0.45), (0.57, 0.57), (0.45, 0.57)])
-    behaviour = Disperse(stage(), states)
+    behaviour = disperse(stage(), states)
     end = xy(run(behaviour, states)[-1])
     assert behaviour.done
     assert end == pytest.approx(np.array([[0.045, 0.045], [0.955, 0.045], [0.955, 0.955], [0.045, 0.955]]), abs=0.008)
@@ -25,7 +25,7 @@ def test_four_robots_go_to_the_corners():
 def test_gathered_robots_end_much_farther_apart(n):
     start = 0.3 + 0.125 * np.array([(i % 5, i // 5) for i in range(n)])
     states = standing(start)
-    end = xy(run(Disperse(stage(), states), states)[-1])
+    end = xy(run(disperse(stage(), states), states)[-1])
     # the way to the slots ends within 8 mm of each
     assert least(end) >= 0.93 * PACKINGS[n] * 0.91 - 0.016 > 1.5 * least(start)
 
@@ -44,15 +44,15 @@ def test_on_a_long_sheet_they_stand_in_a_row():
 
 def test_who_stands_as_far_apart_already_stays():
     third = [(0.045, 0.045), (0.955, 0.2888), (0.2888, 0.955)]  # the best triangle: sides of 0.942 m, no lattice
-    (*wishes,) = Disperse(stage(), standing(third)).step(0.0, standing(third), None)
+    (*wishes,) = disperse(stage(), standing(third)).step(0.0, standing(third), None)
     assert np.array([wish.xy for wish in wishes]) == pytest.approx(np.array(third))
 
 
 def test_a_lone_robot_stays():
-    (wish,) = Disperse(stage(), standing([(0.3, 0.4)])).step(0.0, standing([(0.3, 0.4)]), (0.9, 0.9))
+    (wish,) = disperse(stage(), standing([(0.3, 0.4)])).step(0.0, standing([(0.3, 0.4)]), (0.9, 0.9))
     assert wish.xy == (0.3, 0.4)
 
 
 def test_more_robots_than_fit_are_refused():
     with pytest.raises(ConfigError, match="at most 6 fit"):
-        Disperse(stage(0.3, 0.3), standing([(0.15, 0.15)] * 7))
+        disperse(stage(0.3, 0.3), standing([(0.15, 0.15)] * 7))

@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 from armspan.errors import ConfigError
 from armspan.swarm.behaviours import slots
-from armspan.swarm.behaviours.come import Come
-from armspan.swarm.behaviours.disperse import Disperse
+from armspan.swarm.behaviours.come import come
+from armspan.swarm.behaviours.disperse import disperse
 from armspan.swarm.behaviours.follow import Follow
 from armspan.swarm.behaviours.formation import FormationAt
 from armspan.swarm.behaviours.gather import Gather
 from armspan.swarm.behaviours.leader import Leader
 from armspan.swarm.behaviours.patrol import Patrol
 from armspan.swarm.behaviours.rotate import Rotate
-from armspan.swarm.behaviours.split import Merge, Split
+from armspan.swarm.behaviours.split import Merge, split
 from armspan.swarm.limits import Limits
 from ideal_robots import DT, least, moved, square, stage, standing
 
@@ -225,7 +225,7 @@ def test_one_in_the_way_of_an_empty_slot_moves_in_and_leaves_its_own():
         assert states["b"].xy == pytest.approx(INNER if swap else OUTER)
 
 
-@pytest.mark.parametrize("make", [Gather, Disperse, Split, Merge, Come])
+@pytest.mark.parametrize("make", [Gather, disperse, split, Merge, come])
 def test_who_is_blocked_changes_slots(make):
     """All stand in their slots but two, and each of these is in the other's."""
     here = stage(user=(0.5, 1.4))
@@ -253,16 +253,16 @@ def test_in_a_formation_nobody_changes_slots(make):
 
 BEHAVIOURS = {
     "gather": Gather,
-    "disperse": Disperse,
+    "disperse": disperse,
     "follow": Follow,
     "formation": FormationAt,
     "left": Rotate,
     "right": lambda *given: Rotate(*given, turn=-1),
-    "split": Split,
+    "split": split,
     "merge": Merge,
     "patrol": Patrol,
     "leader": Leader,
-    "come": Come,
+    "come": come,
 }
 
 _share = st.floats(-0.2, 1.2)

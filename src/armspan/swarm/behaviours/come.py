@@ -6,38 +6,23 @@ import numpy as np
 
 from armspan.errors import ConfigError
 from armspan.frames import Array
-from armspan.records import RobotState, Vec2
+from armspan.records import RobotState
 from armspan.swarm.behaviours.protocol import Stage
-from armspan.swarm.behaviours.slots import Slots, Wish, check_room, matched, rows
+from armspan.swarm.behaviours.slots import Slots, check_room, matched, rows
 
 
-class Come:
+def come(stage: Stage, states: Mapping[str, RobotState]) -> Slots:
     """A row along the sheet's edge that is nearest to the user, centred before the user; more rows behind it.
 
     Raises:
         ConfigError: where nobody knows yet where the user stands, and where not so many robots fit.
 
     """
-
-    def __init__(self, stage: Stage, states: Mapping[str, RobotState]) -> None:
-        if stage.user is None:
-            raise ConfigError("where the user stands is not known yet, and robots are to come there: set up first")
-        check_room(len(states), stage)
-        self._stage = stage
-        self._foot, self._axis, self._inward = _edge(np.array(stage.user), *stage.bounds)
-        self._slots = Slots(stage, self._plan, swap=True)
-
-    @property
-    def done(self) -> bool:
-        """Whether all robots are in their slots."""
-        return self._slots.done
-
-    def step(self, t: float, states: Mapping[str, RobotState], pointed: Vec2 | None) -> list[Wish]:
-        """The wish of each robot for its slot."""
-        return self._slots.step(t, states)
-
-    def _plan(self, here: Array) -> Array:
-        return matched(here, rows(len(here), self._stage, self._foot, self._axis, self._inward))
+    if stage.user is None:
+        raise ConfigError("where the user stands is not known yet, and robots are to come there: set up first")
+    check_room(len(states), stage)
+    foot, axis, inward = _edge(np.array(stage.user), *stage.bounds)
+    return Slots(stage, lambda here: matched(here, rows(len(here), stage, foot, axis, inward)), swap=True)
 
 
 def _edge(user: Array, low: Array, high: Array) -> tuple[Array, int, int]:

@@ -5,40 +5,29 @@ from collections.abc import Mapping
 import numpy as np
 
 from armspan.frames import Array
-from armspan.records import RobotState, Vec2
+from armspan.records import RobotState
 from armspan.swarm.behaviours.protocol import Stage
-from armspan.swarm.behaviours.slots import Slots, Wish, check_room, lattices, least_distance, matched, pitch
+from armspan.swarm.behaviours.slots import Slots, check_room, lattices, least_distance, matched, pitch
 
 _HALVINGS = 16  # of the sheet's diagonal: to a twentieth of a millimetre on a large one
 
 
-class Disperse:
+def disperse(stage: Stage, states: Mapping[str, RobotState]) -> Slots:
     """The lattice on the sheet whose sites lie farthest apart, or where the robots are if they are as far apart.
 
     Raises:
         ConfigError: where not so many robots fit.
 
     """
+    check_room(len(states), stage)
+    low, high = stage.bounds
 
-    def __init__(self, stage: Stage, states: Mapping[str, RobotState]) -> None:
-        check_room(len(states), stage)
-        self._stage = stage
-        self._slots = Slots(stage, self._plan, swap=True)
-
-    @property
-    def done(self) -> bool:
-        """Whether all robots are in their slots."""
-        return self._slots.done
-
-    def step(self, t: float, states: Mapping[str, RobotState], pointed: Vec2 | None) -> list[Wish]:
-        """The wish of each robot for its slot."""
-        return self._slots.step(t, states)
-
-    def _plan(self, here: Array) -> Array:
-        low, high = self._stage.bounds
+    def plan(here: Array) -> Array:
         inside = np.clip(here, low, high)
-        sites = low + spread(len(here), pitch(self._stage), high - low)
+        sites = low + spread(len(here), pitch(stage), high - low)
         return inside if least_distance(inside) >= least_distance(sites) else matched(here, np.clip(sites, low, high))
+
+    return Slots(stage, plan, swap=True)
 
 
 def spread(n: int, gap: float, size: Array) -> Array:

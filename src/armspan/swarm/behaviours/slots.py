@@ -62,8 +62,8 @@ class Slots:
     _names: list[str] = field(default_factory=list)
     _slots: Array = field(default_factory=lambda: np.empty((0, 2)))
 
-    def step(self, t: float, states: Mapping[str, RobotState]) -> list[Wish]:
-        """A wish of each robot at ``t`` for its slot; ``done`` while all are there."""
+    def step(self, t: float, states: Mapping[str, RobotState], pointed: Vec2 | None = None) -> list[Wish]:
+        """A wish of each robot at ``t`` for its slot, wherever is pointed; ``done`` while all are there."""
         names, here = places(states)
         if names != self._names:
             self._names, self._slots = names, self.plan(here) if names else here

@@ -12,7 +12,7 @@ from armspan.swarm.behaviours.protocol import Stage
 from armspan.swarm.behaviours.slots import Box, Slots, Wish, check_room, fits, gathered, matched, pitch
 
 
-class Split:
+def split(stage: Stage, states: Mapping[str, RobotState]) -> Slots:
     """Two groups, each in the middle of its half of the sheet along its longer side.
 
     Each robot goes with the half that it is nearer to, unless it takes another one's slot; of an odd number the one in
@@ -22,28 +22,17 @@ class Split:
         ConfigError: where not so many robots fit.
 
     """
+    axis = 0 if stage.sheet.width_m >= stage.sheet.height_m else 1
+    halves = _halves((len(states) + 1) // 2, stage, axis)
 
-    def __init__(self, stage: Stage, states: Mapping[str, RobotState]) -> None:
-        self._stage = stage
-        self._axis = 0 if stage.sheet.width_m >= stage.sheet.height_m else 1
-        self._halves = _halves((len(states) + 1) // 2, stage, self._axis)
-        self._slots = Slots(stage, self._plan, swap=True)
-
-    @property
-    def done(self) -> bool:
-        """Whether all robots are in their slots."""
-        return self._slots.done
-
-    def step(self, t: float, states: Mapping[str, RobotState], pointed: Vec2 | None) -> list[Wish]:
-        """The wish of each robot for its slot."""
-        return self._slots.step(t, states)
-
-    def _plan(self, here: Array) -> Array:
-        order = np.argsort(here[:, self._axis], kind="stable")
+    def plan(here: Array) -> Array:
+        order = np.argsort(here[:, axis], kind="stable")
         slots = np.empty_like(here)
-        for group, half in zip(np.array_split(order, 2), self._halves, strict=True):  # the first is the larger
-            slots[group] = matched(here[group], gathered(len(group), self._stage, (half[0] + half[1]) / 2, half))
+        for group, half in zip(np.array_split(order, 2), halves, strict=True):  # the first is the larger
+            slots[group] = matched(here[group], gathered(len(group), stage, (half[0] + half[1]) / 2, half))
         return slots
+
+    return Slots(stage, plan, swap=True)
 
 
 class Merge:
