@@ -12,6 +12,7 @@ from typing import Any
 
 import msgspec
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from armspan import __version__
@@ -277,12 +278,12 @@ def _tell_all(as_json: bool) -> None:
         table.add_column(style="bold", no_wrap=True)
         table.add_column()
         for row in words.items():
-            table.add_row(*row)
+            table.add_row(*map(escape, row))
         Console().print(table)
 
 
 def _first_line(maker: object) -> str:
     made = maker.func if isinstance(maker, partial) else maker
-    line = (made.__doc__ or "").strip().splitlines()[0]
+    line = (made.__doc__ or "").strip().splitlines()[0].replace("``", "")
     extra = maker.keywords if isinstance(maker, partial) else {}
     return line + (f" ({', '.join(f'{name} = {value}' for name, value in extra.items())})" if extra else "")
