@@ -5,6 +5,10 @@ from command_line import fresh
 OPTIONAL = [
     "bleak",
     "bumble",
+    "serial",
+    "aiohttp",
+    "cryptography",
+    "segno",
     "torch",
     "cv2",
     "ai_edge_litert",

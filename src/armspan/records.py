@@ -79,10 +79,14 @@ class Hit(Record, frozen=True, gc=False):
 
 
 class Link(Record, frozen=True, gc=False):
-    """A device came or went."""
+    """A device came or went.
+
+    One that comes back ``fresh`` began anew: what was known of its heading is void.
+    """
 
     source: str
     up: bool
+    fresh: bool = False
 
 
 class Press(Record, frozen=True, gc=False):

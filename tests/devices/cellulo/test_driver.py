@@ -14,7 +14,7 @@ from armspan.errors import ConfigError, DeviceError, DeviceNotFound
 from armspan.records import Drive, GoTo, Light, Link, Press, RobotState, Sheet, Stop
 from armspan.session import Session
 from armspan.simulation.bodies import Plant
-from devices.cellulo.fast_time import hasten, now, run
+from fast_time import hasten, now, run
 
 ASH, ELM = addresses(2)
 XY = ((0.2, 0.2), (0.4, 0.4))

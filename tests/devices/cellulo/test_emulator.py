@@ -18,8 +18,8 @@ from armspan.devices.cellulo.firmware import Firmware
 from armspan.devices.cellulo.wire import COMMANDS, EVENTS
 from armspan.errors import ConfigError, DeviceError
 from armspan.records import Sheet
-from devices.cellulo.fast_time import START, hasten, now
-from devices.cellulo.fast_time import run as play
+from fast_time import START, hasten, now
+from fast_time import run as play
 
 ASH, ELM = addresses(2)
 STRANGER = "00:06:66:D2:CF:01"

@@ -1,0 +1,1 @@
+"""Bytes in and out: radios, serial lines, servers. What the bytes mean is the devices' affair."""
