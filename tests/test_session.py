@@ -3,7 +3,9 @@ from itertools import pairwise
 
 import pytest
 
+import fast_time
 from armspan.conductor import BandSettings, Conductor, Settings
+from armspan.errors import DeviceError
 from armspan.records import (
     Body,
     Drive,
@@ -19,7 +21,7 @@ from armspan.records import (
     Tick,
     Touch,
 )
-from armspan.session import QUEUE, FastPace, LivePace, Session, latest
+from armspan.session import QUEUE, FastPace, LivePace, Session, latest, ticks
 
 BODY = Body(1.6, (0.06, 0.15, 0.22), 0.72)
 SETTINGS = Settings(BODY, Sheet(0.9, 0.6), (BandSettings("wrist"),), ("a",), stops=((0.1, 0.1), (0.8, 0.1), (0.8, 0.5)))
@@ -181,3 +183,50 @@ def test_a_radio_that_fails_at_the_end_still_leaves_the_stop_on_record():
     with pytest.raises(OSError, match="radio gone"):
         play(of(Tick(0.05)), swarm=Swarm(fails_on=(Stop,)), sinks=[records.append])
     assert records[-1] == Stop(0.05, None, "quit")
+
+
+async def _forever(closed):
+    try:
+        while True:
+            yield Tick(0.0)
+            await asyncio.sleep(0.001)
+    finally:
+        closed.append(True)
+
+
+async def _ends():
+    yield Tick(0.1)
+
+
+def test_devices_are_closed_once_the_others_have_ended():
+    closed, swarm = [], Swarm()
+    asyncio.run(Session(Conductor(SETTINGS), swarm).run([_ends()], [_forever(closed)]))
+    assert closed == [True]
+    assert isinstance(swarm.sent[-1], Stop)
+
+
+def test_devices_that_fail_together_are_told_together_and_the_robots_stop_first():
+    async def fails(why, after):
+        await asyncio.sleep(after)
+        raise DeviceError(why)
+        yield
+
+    swarm = Swarm()
+    with pytest.raises(DeviceError, match="no adapter; bootloader"):
+        fast_time.run(
+            lambda: Session(Conductor(SETTINGS), swarm).run(
+                [_forever([])], [fails("no adapter", 0.1), fails("bootloader", 0.3)]
+            )
+        )
+    assert isinstance(swarm.sent[0], Stop)
+
+
+def test_ticks_come_twenty_a_second_and_end():
+    async def scene():
+        began = fast_time.now()
+        return [event async for event in ticks(lambda: fast_time.now() - began, seconds=0.5)]
+
+    told = [event.t for event in fast_time.run(scene)]
+    assert len(told) == 11
+    assert all(b > a for a, b in pairwise(told))
+    assert told[-1] >= 0.5

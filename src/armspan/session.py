@@ -7,12 +7,13 @@ Async ends at ``Conductor.step``: above it everything may wait and nothing compu
 import asyncio
 import time
 from collections import deque
-from collections.abc import AsyncGenerator, Sequence
+from collections.abc import AsyncGenerator, Callable, Sequence
 from contextlib import AsyncExitStack, aclosing
 from dataclasses import dataclass, field
 from typing import Protocol
 
 from armspan.conductor.conductor import STOP_TAPS
+from armspan.errors import DeviceError
 from armspan.ports import Sink, Source, Swarm
 from armspan.records import (
     Command,
@@ -27,12 +28,19 @@ from armspan.records import (
     Record,
     Stop,
     Tap,
+    Tick,
     Touch,
     is_finite,
 )
 
 QUEUE = 2000
 """Events that may wait: ten seconds of two bands at 100 Hz."""
+
+TOGETHER = 1.0
+"""Seconds in which other devices may fail too, so that a person is told of all of them at once."""
+
+TICK = 0.05
+"""Seconds between two ticks in real time."""
 
 
 @dataclass(slots=True)
@@ -62,22 +70,26 @@ class Session:
         self._idle = asyncio.Event()
         self._idle.set()
         self._t = 0.0
+        self._failed: list[DeviceError] = []
 
-    async def run(self, sources: Sequence[Source]) -> None:
+    async def run(self, sources: Sequence[Source], lasting: Sequence[Source] = ()) -> None:
         """Let events in until every source has ended, then stop the robots.
 
-        Raises whatever a source or the swarm raised, after the robots were told to stop.
+        ``lasting`` are devices, which never end by themselves: they are closed when the others have ended. Raises
+        whatever a source or the swarm raised, after the robots were told to stop.
         """
         try:
             # The pumps end before their sources are closed: a generator that still runs cannot be.
             async with AsyncExitStack() as stack, asyncio.TaskGroup() as doors:
-                for source in sources:
+                for source in (*sources, *lasting):
                     await stack.enter_async_context(aclosing(source))
                 pumps = [doors.create_task(self._pump(source)) for source in sources]
+                devices = [doors.create_task(self._pump(source)) for source in lasting]
                 loop = doors.create_task(self._loop())
-                await asyncio.gather(*pumps)
+                await asyncio.gather(*(pumps or devices))
                 await self.caught_up()
-                loop.cancel()
+                for task in (*devices, loop):
+                    task.cancel()
         except BaseExceptionGroup as failures:
             raise _first(failures) from None
         finally:
@@ -100,6 +112,15 @@ class Session:
         self._news.set()
 
     async def _pump(self, source: Source) -> None:
+        try:
+            await self._pour(source)
+        except DeviceError as failure:
+            self._failed.append(failure)
+            await self.swarm.send(Stop(self._t, None, "a device failed"))
+            await asyncio.sleep(TOGETHER)
+            raise _together(self._failed) from None
+
+    async def _pour(self, source: Source) -> None:
         async for event in source:
             if is_stop(event):
                 await self.swarm.send(Stop(event.t, None, "stop"))  # at once, before anything that waits
@@ -172,6 +193,33 @@ def _first(failures: BaseExceptionGroup[BaseException]) -> BaseException:
     return _first(inner) if isinstance(inner, BaseExceptionGroup) else inner
 
 
+def _together(failures: Sequence[DeviceError]) -> DeviceError:
+    """What several devices have to say to a person, as one error."""
+    if len(failures) == 1:
+        return failures[0]
+    return DeviceError("; ".join(dict.fromkeys(str(failure) for failure in failures)))
+
+
+class Stopwatch:
+    """Session time of a live session [s], from when it was made."""
+
+    def __init__(self) -> None:
+        self._start = time.monotonic()
+
+    def __call__(self) -> float:
+        """Seconds since the session began."""
+        return time.monotonic() - self._start
+
+
+async def ticks(now: Callable[[], float], seconds: float | None = None) -> AsyncGenerator[Event, None]:
+    """Twenty ticks a second in real time, until ``seconds`` [s] have passed; what fell behind is left out."""
+    due = 0.0
+    while seconds is None or due <= seconds:
+        await asyncio.sleep(max(0.0, due - now()))
+        yield Tick(now())
+        due = max(due + TICK, now() - TICK)
+
+
 class FastPace:
     """As fast as it goes, and still in order: the source that is least far waits for all decisions, then runs.
 
@@ -228,12 +276,11 @@ class Door:
 class LivePace:
     """In time with the wall: sleeps until ``t``; a session that falls behind goes on without sleeping."""
 
-    def __init__(self) -> None:
-        self._start: float | None = None
+    def __init__(self, now: Callable[[], float] | None = None) -> None:
+        self._now = now
 
     async def __call__(self, t: float) -> None:
         """Sleep until ``t`` [s]."""
-        now = time.monotonic()
-        if self._start is None:
-            self._start = now
-        await asyncio.sleep(max(0.0, self._start + t - now))
+        if self._now is None:
+            self._now = Stopwatch()
+        await asyncio.sleep(max(0.0, t - self._now()))
