@@ -30,7 +30,7 @@ $(VENV)/.installed: pyproject.toml | $(BIN)/python
 	@touch $@
 
 $(VENV)/.installed-test: pyproject.toml | $(BIN)/python
-	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[test,ble,serial,phone]'
+	$(BIN)/python -m pip install -q --disable-pip-version-check -e '.[test,ble,phone]'
 	@touch $@ $(VENV)/.installed
 
 check: $(VENV)/.installed

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 FASTER = 10.0
 START = 100.0
-MODULES = ("armspan.devices.cellulo.emulator", "armspan.devices.cellulo.driver", "armspan.session")
+MODULES = ("armspan.devices.cellulo.emulator", "armspan.session")
 
 
 class FastLoop(asyncio.SelectorEventLoop):
@@ -50,6 +50,6 @@ def run(scene, seconds=20.0):
 
 
 def hasten(monkeypatch):
-    """Emulator, driver and session live by the running loop's time."""
+    """Emulator and session live by the running loop's time, as drivers do anyway."""
     for module in MODULES:
         monkeypatch.setattr(f"{module}.time", SimpleNamespace(monotonic=now, perf_counter_ns=time.perf_counter_ns))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armspan.clock import DeviceClock
+from armspan.clock import Bursts, DeviceClock, StreamClock
 
 EXACT = settings(derandomize=True, database=None, deadline=None, max_examples=100)
 TICK = 1 / 1024
@@ -32,6 +32,8 @@ def bound(measured, delays, drift, ppm, window):
         ago = measured[k] - measured[max(0, k - window) : k + 1]
         least = np.min(delays[max(0, k - window) : k + 1] + (drift + abs(ppm) * 1e-6) * ago)
         late[k] = least + drift * delays[k]
+        if k:  # a map that comes down lets time go on at half its speed
+            late[k] = max(late[k], late[k - 1] - 0.5 * (measured[k] - measured[k - 1]))
     return late
 
 
@@ -47,9 +49,24 @@ def test_packets_without_delay_are_mapped_to_when_they_were_measured():
 def test_the_least_delayed_packet_sets_the_offset_by_hand():
     clock = DeviceClock(tick=0.01, drift=0.0)
     assert clock.seconds(100, arrived=5.030) == pytest.approx(5.030)
-    assert clock.seconds(101, arrived=5.025) == pytest.approx(5.025)  # 15 ms less late
-    assert clock.seconds(102, arrived=5.500) == pytest.approx(5.035)  # the radio slept, the band did not
-    assert clock.seconds(103, arrived=5.510) == pytest.approx(5.045)
+    assert clock.seconds(101, arrived=5.025) == pytest.approx(5.035)  # 15 ms less late: half a tick on, not back
+    assert clock.seconds(102, arrived=5.500) == pytest.approx(5.040)  # the radio slept, the band did not
+    assert clock.seconds(103, arrived=5.510) == pytest.approx(5.045)  # 5.045 is what the second packet says
+    assert clock.seconds(104, arrived=5.520) == pytest.approx(5.055)
+
+
+@EXACT
+@given(
+    st.lists(st.tuples(st.integers(1, 40), st.floats(0.0, 0.3)), min_size=2, max_size=60),
+    st.booleans(),
+)
+def test_times_rise_with_the_ticks_and_never_stand_still(steps, spaced):
+    ticks = np.cumsum([step for step, _ in steps])
+    measured = ticks * 0.01
+    arrived = np.maximum.accumulate(measured + [delay for _, delay in steps])
+    clock = DeviceClock(tick=0.01, spacing=0.01 if spaced else None)
+    times = mapped(clock, [int(count) for count in ticks], arrived)
+    assert (np.diff(times) >= 0.5 * np.diff(measured) - 1e-9).all()
 
 
 def test_the_offset_rises_no_faster_than_the_drift_by_hand():
@@ -150,3 +167,153 @@ def test_more_than_half_a_counter_ahead_is_an_old_packet(step, read_as):
     clock = DeviceClock(tick=0.01, bits=8, drift=0.0)
     clock.seconds(200, arrived=10.0)
     assert clock.seconds((200 + step) % 256, arrived=12.0) == pytest.approx(10.0 + read_as)
+
+
+# --- bursts ----------------------------------------------------------------------------------------------
+
+
+def radio(seed, *, rate=100.0, seconds=60.0, interval=None, between=None, loss=0.0, late=0.0005):
+    """Times measured and arrivals [s] of what was not lost, and how many were.
+
+    Everything measured since the last connection event arrives with the next, ``late`` on average: events come every
+    ``interval``, or at random gaps ``between`` two bounds, or at once.
+    """
+    random = np.random.default_rng(seed)
+    measured = 5.0 + random.uniform() + np.arange(round(seconds * rate)) / rate
+    if interval is None and between is None:
+        arrived = measured + 0.001 + random.exponential(late, len(measured))
+    else:
+        low, high = between or (interval, interval)
+        gaps = random.uniform(low, high, round((seconds + 10) / low))
+        events = random.uniform(0.0, 0.05) + np.cumsum(gaps)
+        event = np.searchsorted(events, measured)
+        arrived = events[event] + random.exponential(late, len(events))[event]
+    arrived = np.maximum.accumulate(arrived)
+    kept = random.uniform(size=len(measured)) >= loss
+    return measured[kept], arrived[kept], int((~kept).sum())
+
+
+def off_ms(times, measured, settled=12.0):
+    """Errors [ms] once the map has settled."""
+    return 1000 * (times - measured)[measured > measured[0] + settled]
+
+
+LINKS = [
+    {"interval": 0.0075},
+    {"interval": 0.030},
+    {"interval": 0.050},
+    {"interval": 0.04875},
+    {"between": (0.030, 0.050)},
+    {},
+]
+STEADY = LINKS[1:3]
+"""Intervals in step with the samples: a slow rate looks like losses in a steady rhythm, and may be taken for it."""
+
+
+@pytest.mark.parametrize("link", LINKS, ids=str)
+@pytest.mark.parametrize("rate", [100.0, 100.5])
+def test_a_bands_ticks_are_mapped_to_five_milliseconds(link, rate):
+    late = []
+    for seed in range(6):
+        measured, arrived, _ = radio(seed, rate=rate, loss=0.01, **link)
+        clock = DeviceClock(48 / 32768, bits=32, spacing=0.01)
+        ticks = counted(measured, ppm=20.0, started=-300.0, bits=32, tick=48 / 32768)
+        late.append(off_ms(mapped(clock, ticks, arrived), measured))
+    late = np.abs(np.concatenate(late))
+    if link in STEADY and rate == 100.0:  # bursts that keep step with the samples: a part of one cannot be known
+        assert np.percentile(late, 50) < 5.5
+        assert np.percentile(late, 95) < 8.0
+    else:
+        assert np.percentile(late, 95) < 2.5
+        assert late.max() < 5.0
+
+
+def test_a_third_of_what_nobody_can_know_is_taken_off_by_hand():
+    bursts = Bursts(spacing=0.01, window=1.0)
+    for k in range(25):  # five packets every 50 ms, the last of each 1 ms behind the envelope
+        for lag in (0.041, 0.031, 0.021, 0.011, 0.001):
+            bursts.add(arrived=0.05 * k, lag=lag)
+    assert bursts.waited == pytest.approx((0.010 - 0.001) / 3)
+
+
+def test_packets_that_come_alone_wait_for_nothing():
+    bursts = Bursts(spacing=0.01, window=1.0)
+    for k in range(300):
+        bursts.add(arrived=0.01 * k, lag=0.001)
+    assert bursts.waited == 0.0
+
+
+# --- streams without ticks -------------------------------------------------------------------------------
+
+
+def streamed(clock, arrived):
+    return np.array([clock.seconds(t) for t in arrived])
+
+
+def test_a_stream_that_comes_at_once_by_hand():
+    clock = StreamClock(spacing=0.01)
+    times = streamed(clock, [1.00, 1.01, 1.02, 1.03])
+    np.testing.assert_allclose(times, [1.00, 1.01, 1.02, 1.03], atol=1e-9)
+    assert clock.lost == 0
+
+
+def test_a_burst_is_spread_out_and_the_next_corrects_it_by_hand():
+    clock = StreamClock(spacing=0.01)
+    first = streamed(clock, [1.05] * 5)  # measured at 1.01 to 1.05: only the last of them tells
+    np.testing.assert_allclose(np.diff(first), 0.005, atol=1e-9)
+    later = streamed(clock, np.repeat([1.10, 1.15, 1.20], 5))
+    np.testing.assert_allclose(later[-5:], [1.16, 1.17, 1.18, 1.19, 1.20], atol=1e-9)
+
+
+def test_a_long_silence_is_counted_when_it_ends_by_hand():
+    clock = StreamClock(spacing=0.01)
+    streamed(clock, np.arange(500) * 0.01)
+    after = streamed(clock, 6.99 + np.arange(20) * 0.01)
+    assert clock.lost == 200 - 1
+    np.testing.assert_allclose(after, 6.99 + np.arange(20) * 0.01, atol=1e-3)
+
+
+@pytest.mark.parametrize("link", LINKS, ids=str)
+@pytest.mark.parametrize("rate", [99.5, 100.0, 100.5])
+def test_a_stream_without_losses_has_none_and_is_mapped_well(link, rate):
+    late, lost = [], []
+    for seed in range(4):
+        measured, arrived, _ = radio(seed, rate=rate, **link)
+        clock = StreamClock(spacing=0.01)
+        times = streamed(clock, arrived)
+        assert (np.diff(times) >= 0.0).all()
+        late.append(off_ms(times, measured))
+        lost.append(clock.lost)
+        if link not in STEADY:
+            assert clock.period == pytest.approx(1 / rate, rel=1e-4)
+    late = np.abs(np.concatenate(late))
+    assert np.percentile(late, 50) < 5.0
+    assert np.percentile(late, 95) < (8.0 if link in STEADY else 3.0)
+    assert np.mean(lost) <= (40 if link in STEADY else 1)  # of six thousand
+
+
+@pytest.mark.parametrize("link", LINKS, ids=str)
+@pytest.mark.parametrize("rate", [99.5, 100.0, 100.5])
+def test_losses_are_counted_and_do_not_shift_the_map_by_more_than_a_sample(link, rate):
+    late, off = [], []
+    for seed in range(4):
+        measured, arrived, lost = radio(seed, rate=rate, loss=0.01, **link)
+        clock = StreamClock(spacing=0.01)
+        times = streamed(clock, arrived)
+        assert (np.diff(times) >= 0.0).all()
+        late.append(off_ms(times, measured))
+        off.append(clock.lost - lost)
+    late = np.abs(np.concatenate(late))
+    assert np.percentile(late, 50) < 5.0
+    at_once = link in ({}, {"interval": 0.0075})
+    assert np.percentile(late, 95) < (3.0 if at_once else 11.0)
+    assert np.mean(np.abs(off)) <= (3 if at_once else 15)  # of sixty
+
+
+@EXACT
+@given(st.lists(st.floats(0.0, 0.4), min_size=1, max_size=200))
+def test_whatever_comes_when_the_times_of_a_stream_rise(gaps):
+    arrived = 3.0 + np.cumsum(gaps)
+    times = streamed(StreamClock(spacing=0.01), arrived)
+    assert (np.diff(times) > 0.0).all()
+    assert np.isfinite(times).all()

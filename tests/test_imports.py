@@ -5,7 +5,6 @@ from command_line import fresh
 OPTIONAL = [
     "bleak",
     "bumble",
-    "serial",
     "aiohttp",
     "cryptography",
     "segno",

@@ -201,14 +201,17 @@ def _together(failures: Sequence[DeviceError]) -> DeviceError:
 
 
 class Stopwatch:
-    """Session time of a live session [s], from when it was made."""
+    """Session time of a live session [s], from when it is first asked for."""
 
     def __init__(self) -> None:
-        self._start = time.monotonic()
+        self._start: float | None = None
 
     def __call__(self) -> float:
         """Seconds since the session began."""
-        return time.monotonic() - self._start
+        now = time.monotonic()
+        if self._start is None:
+            self._start = now
+        return now - self._start
 
 
 async def ticks(now: Callable[[], float], seconds: float | None = None) -> AsyncGenerator[Event, None]:

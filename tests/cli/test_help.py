@@ -21,6 +21,7 @@ VERBS = (
     "replay",
     "check",
     "emulate",
+    "wire",
 )
 
 

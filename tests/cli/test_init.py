@@ -1,7 +1,9 @@
 import re
 import tomllib
 
-from armspan.cli.init import ROOM
+import pytest
+
+from armspan.cli.room_texts import ROOMS
 from armspan.config.house import open_house
 from armspan.config.room_file import RoomFile, read_room
 from armspan.pointing.selection import SelectionSettings
@@ -28,7 +30,7 @@ def test_without_a_name_it_is_room_toml(tmp_path, monkeypatch):
 
 
 def test_what_it_calls_defaults_are_the_defaults():
-    raw = tomllib.loads(ROOM)
+    raw = tomllib.loads(ROOMS["simulated"])
     assert Limits(**raw["limits"]) == Limits()
     assert SelectionSettings(**raw["selection"]) == SelectionSettings()
 
@@ -36,7 +38,7 @@ def test_what_it_calls_defaults_are_the_defaults():
 def test_what_is_commented_out_can_be_commented_in(tmp_path):
     path = tmp_path / "room.toml"
     setting = r"^# (\[\[?[\w.]+\]?\]|\w+ = (?:\"[\w.-]+\"|[\d.]+|\[[^\]]*\]|\{.*\}))(?:  # (?:made|or).*)?$"
-    path.write_text(re.sub(setting, r"\1", ROOM, flags=re.MULTILINE), encoding="utf-8")
+    path.write_text(re.sub(setting, r"\1", ROOMS["simulated"], flags=re.MULTILINE), encoding="utf-8")
     room = read_room(path)
     assert [(band.segment, band.arm) for band in room.bands] == [
         ("forearm", None),
@@ -60,4 +62,33 @@ def test_an_existing_file_is_kept(tmp_path, capsys):
 
 
 def test_every_top_level_key_of_the_file_exists():
-    assert set(tomllib.loads(ROOM)) <= set(RoomFile.__struct_fields__)
+    assert set(tomllib.loads(ROOMS["simulated"])) <= set(RoomFile.__struct_fields__)
+
+
+@pytest.mark.parametrize(
+    ("devices", "kinds"),
+    [
+        ("simulated", {"SimulatedBand", "SimulatedRobot"}),
+        ("lab", {"MetaWearEntry", "CelluloEntry"}),
+        ("phone", {"PhoneEntry", "SimulatedRobot"}),
+    ],
+)
+def test_every_room_can_be_opened(tmp_path, devices, kinds):
+    path = tmp_path / "room.toml"
+    assert code_of("init", "--devices", devices, path) == 0
+    room = read_room(path)
+    assert {type(entry).__name__ for entry in (*room.bands, *room.robots)} == kinds
+    assert open_house(room, tmp_path).lasts is (devices != "simulated")
+
+
+def test_what_is_commented_out_in_a_lab_can_be_commented_in(tmp_path):
+    path = tmp_path / "room.toml"
+    devices, limits, rest = ROOMS["lab"].partition("# What robots may do at most")
+    text = re.sub(r"^# (\[\[?\w+\]?\]|\w+ = \S.*)$", r"\1", devices, flags=re.MULTILINE)
+    path.write_text(text + limits + rest, encoding="utf-8")
+    room = read_room(path)
+    assert [band.arm for band in room.bands] == [None, None, "left"]
+    assert room.bands[0].strap == "hand-at-minus-y"
+    assert [type(robot).__name__ for robot in room.robots] == ["CelluloEntry"] * 3 + ["ToioEntry"]
+    assert [type(entry).__name__ for entry in room.receptors] == ["SerialReceptor", "UdpReceptor", "HttpReceptor"]
+    assert room.laser.direction_deg == (0.0, -12.0)

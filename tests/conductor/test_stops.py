@@ -45,6 +45,23 @@ def test_a_band_out_of_reach_stops_all_robots(walking):
     assert moving(walking.run(1)) == set()
 
 
+def test_a_band_that_began_anew_stops_all_robots_and_wants_the_set_up_again(walking):
+    assert walking.tell(Link(walking.t, "wrist", True)) == []  # it comes back, and its heading holds
+    assert isinstance(walking.run(0.2)[-1], Pointed | GoTo)
+    told = walking.tell(Link(walking.t, "wrist", True, fresh=True))
+    assert {stop.robot for stop in stops(told)} == {"ash", "elm"}
+    assert told[-1].cue == "trouble"
+    later = walking.run(1)
+    assert moving(later) == set()
+    assert not [output for output in later if isinstance(output, Pointed)]
+    walking.set_up()
+    assert [output for output in walking.run(0.3) if isinstance(output, Pointed)]
+
+
+def test_a_band_that_is_heard_for_the_first_time_is_no_news():
+    assert Puppet().tell(Link(0.0, "wrist", True, fresh=True)) == []
+
+
 def test_three_taps_stop_all_robots_one_does_not(walking):
     assert stops(walking.tell(Tap(walking.t, "wrist", 1))) == []
     (stop,) = stops(walking.tell(Tap(walking.t, "wrist", 3)))

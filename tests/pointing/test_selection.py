@@ -139,3 +139,44 @@ def test_a_tap_chooses_what_is_held():
 def test_settings_out_of_range_are_refused_in_words(wrong, words):
     with pytest.raises(ConfigError, match=words):
         SelectionSettings(**wrong)
+
+
+# --- receptors -----------------------------------------------------------------------------------------------
+
+
+def judge_with(odds, places, spot, sd, zones=(), elsewhere=0.05):
+    candidates = Candidates.on_sheet(SHEET, zones).with_robots(robots(*places))
+    spot = np.array(spot)
+    return candidates, candidates.posterior(spot, spot, np.eye(2) * sd**2, elsewhere, np.array(odds))
+
+
+def test_odds_of_one_change_nothing():
+    places = [(0.5, 0.5), (0.6, 0.5)]
+    _, plain = judge(places, (0.52, 0.5), 0.05, [SQUARE])
+    _, same = judge_with([1.0, 1.0], places, (0.52, 0.5), 0.05, [SQUARE])
+    assert same == pytest.approx(plain, rel=1e-12)
+
+
+def test_the_posterior_with_a_hit_by_hand():
+    """Both robots one sd from the spot: what the receptors say decides, 700 against 0.3."""
+    _, p = judge_with([700.0, 0.3], [(0.45, 0.5), (0.55, 0.5)], (0.5, 0.5), 0.05, elsewhere=1e-9)
+    assert p[0] / p[1] == pytest.approx(700 / 0.3)
+
+
+def test_a_hit_carries_a_robot_over_one_that_the_ray_prefers_but_not_over_metres():
+    places = [(0.5, 0.5), (0.6, 0.5)]
+    _, near = judge_with([0.3, 700.0], places, (0.5, 0.5), 0.04)  # 2.5 sd away
+    assert near[1] > 0.95
+    candidates, far = judge_with([700.0], [(0.95, 0.95)], (0.05, 0.05), 0.05)  # a stray light, 25 sd away
+    assert candidates.name(int(np.argmax(far))) == NOTHING
+
+
+def test_without_a_ray_the_receptors_decide_by_themselves():
+    candidates = Candidates.on_sheet(SHEET, [SQUARE]).with_robots(robots((0.1, 0.1), (0.9, 0.9)))
+    p = candidates.by_receptors(0.05, np.array([700.0, 0.3]))
+    total = 700.0 + 0.3 + 1.0 + 3 * 0.05 / 0.95
+    assert p == pytest.approx([700 / total, 0.3 / total, 1 / total, 3 * 0.05 / 0.95 / total])
+    both = candidates.by_receptors(0.05, np.array([700.0, 700.0]))
+    assert both.max() < 0.8
+    none = candidates.by_receptors(0.05, np.array([0.3, 0.3]))
+    assert none.max() < 0.8

@@ -21,10 +21,11 @@ from armspan.cli import (
     swarm,
     takes,
     train,
+    wire,
 )
 from armspan.errors import ArmspanError
 
-_VERBS = (demo, run, swarm, init, calibrate, record, takes, train, evaluate, spot, replay, check, emulate)
+_VERBS = (demo, run, swarm, init, calibrate, record, takes, train, evaluate, spot, replay, check, emulate, wire)
 
 
 class _OneLine(argparse.ArgumentParser):

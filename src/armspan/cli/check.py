@@ -1,6 +1,7 @@
 """``armspan check``: what is installed, what is missing, and how to get it."""
 
 import argparse
+import asyncio
 import importlib.metadata
 import platform
 import re
@@ -9,13 +10,29 @@ import msgspec
 from rich.console import Console
 from rich.table import Table
 
+from armspan.cli.run import positive
+from armspan.config.survey import Survey, survey
+from armspan.links.hci import radio_named
+
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
     """Add the verb and its options."""
     parser = subparsers.add_parser(
         "check",
-        help="what is installed, which extras are missing and how to get them",
-        description="Say what is installed, which optional parts are missing, and how to get them.",
+        help="what is installed and in reach, what is missing and how to get it",
+        description="Say what is installed, which optional parts are missing and how to get them; with --scan, which "
+        "bands and robots are in reach.",
+    )
+    parser.add_argument(
+        "--scan",
+        type=positive,
+        nargs="?",
+        const=5.0,
+        metavar="S",
+        help="also look for bands and robots for S seconds (5): addresses, batteries, firmware; or why there are none",
+    )
+    parser.add_argument(
+        "--radio", metavar="R", help="scan with this one: hci1, or bumble:TRANSPORT, as in a room file's radio"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)
@@ -24,10 +41,14 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     """Print what is there; the exit code is 1 when a package of the base install is missing."""
     rows = installed()
+    seen = asyncio.run(survey(args.scan, radio_named(args.radio))) if args.scan else None
     if args.json:
-        print(msgspec.json.encode({"python": platform.python_version(), "packages": rows}).decode())
+        document = {"python": platform.python_version(), "packages": rows}
+        print(msgspec.json.encode(document | ({"scan": seen} if seen else {})).decode())
     else:
         _show(rows)
+        if seen:
+            _show_reach(seen)
     return 1 if any(row["version"] is None and row["extra"] is None for row in rows) else 0
 
 
@@ -62,3 +83,22 @@ def _show(rows: list[dict[str, str | None]]) -> None:
             row["get"] or "",
         )
     Console().print(table)
+
+
+def _show_reach(seen: Survey) -> None:
+    """A table of what was found, and a line for each door behind which nothing can be heard."""
+    table = Table("kind", "address", "name", "signal", "battery", "firmware", "note", title="In reach")
+    for found in seen.found:
+        table.add_row(
+            found.kind,
+            found.address,
+            found.name or "",
+            "" if found.signal is None else f"{found.signal} dBm",
+            "" if found.battery is None else f"{100 * found.battery:.0f} %",
+            found.firmware or "",
+            found.note,
+        )
+    console = Console()
+    console.print(table if seen.found else "Nothing is in reach.")
+    for missing in seen.missing:
+        console.print(f"{missing.door}: {missing.why}", markup=False, highlight=False)

@@ -4,7 +4,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, NamedTuple
 
 import msgspec
 import numpy as np
@@ -14,12 +14,13 @@ from armspan.cli.progress import Progress
 from armspan.cli.report import print_account
 from armspan.cli.run import positive
 from armspan.config.demo_room import demo_room
-from armspan.config.house import House, open_house
+from armspan.config.house import House, open_emulated
 from armspan.config.model_files import read_model
 from armspan.config.room_file import RoomFile
 from armspan.errors import ConfigError, ModelError, known_names
 from armspan.gesture.takes import INITIAL
 from armspan.log import LogFile
+from armspan.pointing.laser import LaserSettings
 from armspan.ports import Sink
 from armspan.records import Record
 from armspan.simulation.gesture_styles import LABELS
@@ -51,7 +52,22 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     )
     parser.add_argument("--seconds", type=positive, metavar="S", help="end after S seconds of session time")
     parser.add_argument("--arm", choices=("straight", "natural"), default="straight", help="how the arm is held")
-    parser.add_argument("--bands", type=int, choices=(1, 2), default=1, help="a second one sits on the upper arm")
+    parser.add_argument(
+        "--bands",
+        type=worn,
+        default=Worn(1, None),
+        metavar="N|metawear[:N]",
+        help="a second one sits on the upper arm; metawear puts them behind emulated boards and a radio, in real time",
+    )
+    parser.add_argument(
+        "--robots",
+        choices=("virtual", "cellulo"),
+        default="virtual",
+        help="cellulo puts them behind an emulated relay and their bytes, in real time; default: %(default)s",
+    )
+    parser.add_argument(
+        "--laser", action="store_true", help="the person also wears a laser, and each robot has a receptor for it"
+    )
     parser.add_argument(
         "--gestures",
         type=Path,
@@ -82,10 +98,25 @@ def count(text: str) -> int:
     return int(text)
 
 
+class Worn(NamedTuple):
+    """How many bands, and what they are where they are not virtual."""
+
+    number: int
+    kind: Literal["metawear"] | None
+
+
+def worn(text: str) -> Worn:
+    """``1``, ``2``, ``metawear`` or ``metawear:2``, for argparse."""
+    kind, colon, number = text.rpartition(":") if text[-1:].isdigit() else (text, ":", "1")
+    if number not in ("1", "2") or kind not in ("", "metawear") or bool(kind) != bool(colon):
+        raise argparse.ArgumentTypeError(f"{text!r} is not 1, 2, metawear or metawear:2")
+    return Worn(int(number), "metawear" if kind else None)
+
+
 def room_of(args: argparse.Namespace) -> RoomFile:
     """The demo's room, with gestures where a model is named."""
     if args.gestures is None:
-        return demo_room(args.seed, posture=args.arm, bands=args.bands, trials=args.trials)
+        return demo_room(args.seed, posture=args.arm, bands=args.bands.number, trials=args.trials, laser=_laser(args))
     labels = read_model(args.gestures).facts.labels
     strange = [label for label in labels if label not in LABELS]
     if strange:
@@ -95,11 +126,16 @@ def room_of(args: argparse.Namespace) -> RoomFile:
     return demo_room(
         args.seed,
         posture=args.arm,
-        bands=args.bands,
+        bands=args.bands.number,
         trials=args.trials,
+        laser=_laser(args),
         model=str(args.gestures.absolute()),
         gestures=programme,
     )
+
+
+def _laser(args: argparse.Namespace) -> LaserSettings | None:
+    return LaserSettings() if args.laser else None
 
 
 def gesture_programme(labels: Sequence[str]) -> tuple[str, ...]:
@@ -110,12 +146,15 @@ def gesture_programme(labels: Sequence[str]) -> tuple[str, ...]:
 
 def run(args: argparse.Namespace) -> int:
     """Play the demo and show what it showed."""
-    house = open_house(room_of(args), seconds=args.seconds)
+    robots = None if args.robots == "virtual" else args.robots
+    house = open_emulated(room_of(args), args.bands.kind, robots, seconds=args.seconds)
     path = args.log or fresh_name("demo")
     picture = args.picture or path.with_suffix(".png")
     _check_picture(picture, path, args.overwrite)
     watched = sys.stderr.isatty() and not args.headless
-    live = (args.pace or ("live" if watched else "fast")) == "live"
+    if house.lasts and args.pace == "fast":
+        raise ConfigError("emulated devices live by the clock: leave --pace fast out")
+    live = house.lasts or (args.pace or ("live" if watched else "fast")) == "live"
     with Progress(house.settings, shown=watched) as progress:
         sinks: list[Sink] = [progress] if watched else [] if args.headless else [talk]
         counters = play(house, path, live=live, overwrite=args.overwrite, sinks=sinks)
@@ -127,9 +166,15 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print(msgspec.json.encode(document).decode())
     else:
-        worn = "one band" if args.bands == 1 else "two bands"
-        print_account(document, f"The demo, seed {args.seed}, {args.arm} arm, {worn}, simulated")
+        print_account(document, f"The demo, seed {args.seed}, {args.arm} arm, {_in_words(args)}, simulated")
     return 0
+
+
+def _in_words(args: argparse.Namespace) -> str:
+    number = "one" if args.bands.number == 1 else "two"
+    bands = f"{number} {'emulated MetaWear ' if args.bands.kind else ''}band{'s' if args.bands.number > 1 else ''}"
+    bands += " and a laser" if args.laser else ""
+    return bands if args.robots == "virtual" else f"{bands}, emulated Cellulo robots"
 
 
 def _check_picture(picture: Path, log: Path, overwrite: bool) -> None:
@@ -159,7 +204,14 @@ def _document(
         calibration["sheet_rms_mm"] = _against_truth(house, found)
     if house.model is not None:
         document["gestures"] = gestures_of(records).document()
-    setting = {"seed": args.seed, "arm": args.arm, "bands": args.bands, "simulated": True}
+    setting: dict[str, Any] = {
+        "seed": args.seed,
+        "arm": args.arm,
+        "bands": args.bands.number,
+        "simulated": True,
+    }
+    if house.lasts:
+        setting["emulated"] = {"bands": args.bands.kind, "robots": args.robots}
     return {**setting, **document, **more}
 
 

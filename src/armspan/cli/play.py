@@ -5,11 +5,12 @@ import datetime
 import signal
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 
 import numpy as np
 
+from armspan.cli.typed import typed
 from armspan.config.house import House
 from armspan.errors import LogError
 from armspan.log import LogFile, LogWriter, read
@@ -48,7 +49,8 @@ async def _play(house: House, live: bool, sinks: list[Sink]) -> Session:
     task = asyncio.ensure_future(house.run(session, live=live))
     stop_on_signals(task)
     try:
-        await task
+        with typed(house.lead.press) if house.doors else nullcontext():
+            await task
     except asyncio.CancelledError:
         raise KeyboardInterrupt from None
     return session

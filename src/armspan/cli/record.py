@@ -1,6 +1,7 @@
 """``armspan record``: takes of gestures and everyday motion, hands-free, each written as soon as it is finished."""
 
 import argparse
+import datetime
 import sys
 from pathlib import Path
 from typing import Any
@@ -68,7 +69,8 @@ def run(args: argparse.Namespace) -> int:
     house = open_record_house(room, recording, args.room.parent if args.room else Path())
     path = args.log or fresh_name("record")
     live = (args.pace or ("live" if args.room else "fast")) == "live"
-    writer = TakeWriter(args.folder, house.recorder, simulated=house.simulated, recorded=None)
+    today = f"{datetime.date.today():%Y-%m-%d}" if house.doors else None
+    writer = TakeWriter(args.folder, house.recorder, simulated=house.simulated, recorded=today)
     try:
         play(house, path, live=live, sinks=[*([_tell_virtual] if writer.simulated else []), talk, writer])
     except KeyboardInterrupt:

@@ -1,6 +1,7 @@
 """``armspan run``: a room with the doors that its file names, every run logged."""
 
 import argparse
+import sys
 from pathlib import Path
 
 import msgspec
@@ -49,7 +50,13 @@ def run(args: argparse.Namespace) -> int:
         tell_if_cut(log)
         if path.resolve() == log.path.resolve():
             raise ConfigError(f"{path} is a log that the room replays, and is kept: name another one with --log")
-    counters = play(house, path, live=args.pace == "live", overwrite=args.overwrite, sinks=[talk])
+    if invitation := house.doors.invitation():
+        print(invitation, file=sys.stderr)
+    try:
+        counters = play(house, path, live=args.pace == "live", overwrite=args.overwrite, sinks=[talk])
+    finally:
+        for sentence in house.doors.advice():
+            print(sentence, file=sys.stderr)
     log_file, found = read_account(path, house)
     document = {
         **found.document(),
@@ -58,6 +65,8 @@ def run(args: argparse.Namespace) -> int:
         "not_finite": counters.not_finite,
         "log": str(path),
     }
+    if house.doors:
+        document["devices"] = house.doors.reports()
     if house.model is not None:
         document["gestures"] = gestures_of(log_file.records).document()
     if args.json:

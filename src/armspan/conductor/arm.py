@@ -10,9 +10,6 @@ from armspan.frames import Array
 from armspan.orientation import MOVING, Attitude, Mount
 from armspan.records import ImuSample, Quaternion
 
-STALE = 0.25
-"""Silence [s] after which a band is taken to be lost."""
-
 
 @dataclass(slots=True)
 class Band:
@@ -44,7 +41,7 @@ class Band:
 
     def stale(self, t: float) -> bool:
         """Whether the band has been silent for too long."""
-        return t - self.heard > STALE
+        return t - self.heard > self.settings.stale_s
 
     @property
     def raw(self) -> bool:

@@ -5,7 +5,8 @@ import numpy as np
 from armspan.conductor.arm import Arm
 from armspan.conductor.choice import Choice
 from armspan.conductor.gestures import Gestures
-from armspan.conductor.pointer import Pointer
+from armspan.conductor.hits import Hits
+from armspan.conductor.pointer import How, Pointer
 from armspan.conductor.recorder_setup import WristSetUp
 from armspan.conductor.robots_only import press_robots
 from armspan.conductor.settings import Settings
@@ -14,6 +15,7 @@ from armspan.conductor.steering import Steering
 from armspan.errors import ConfigError
 from armspan.gesture.model import GestureModel
 from armspan.pointing.place import Place
+from armspan.pointing.selection import Candidates
 from armspan.records import (
     Calibrated,
     Event,
@@ -26,6 +28,7 @@ from armspan.records import (
     Press,
     RobotState,
     Say,
+    Selected,
     Tap,
     Tick,
     Touch,
@@ -58,7 +61,8 @@ class Conductor:
         self._steering = Steering(settings)
         # A room without robots has nothing to be placed by: its set-up ends with the bands.
         set_up = SetUp if settings.robots else WristSetUp
-        self._setup = set_up(settings, self._arm, self._steering.errands)
+        self._hits = Hits(settings.laser) if settings.laser else None
+        self._setup = set_up(settings, self._arm, self._steering.errands, self._hits)
         self._lights = CursorLights(led_zero=settings.led_zero_deg * 0.017453292519943295)
         self._pointer: Pointer | None = None
         self._gestures = Gestures(model, self._arm.wrists) if model is not None else None
@@ -88,8 +92,17 @@ class Conductor:
                 return self._stop(event.t, f"long touch on {event.robot}")
             case Link(up=False):
                 return self._unlinked(event)
-            case Link() | Touch() | Hit():
+            case Link(fresh=True):
+                return self._began_anew(event)
+            case Hit():
+                return self._hit(event)
+            case Link() | Touch():
                 return []
+
+    def _hit(self, hit: Hit) -> list[Output]:
+        if self._hits is not None:
+            self._hits.take(hit)
+        return []
 
     def _feel(self, sample: ImuSample) -> list[Output]:
         band = self._arm.by_name.get(sample.source)
@@ -103,14 +116,18 @@ class Conductor:
         for band in self._arm.bands:
             band.tick()
         outputs = self._listen(t)
+        if self._hits is not None:
+            self._hits.tick(t, leading=self._setup.step is not Step.IDLE)
         for output in self._setup.tick(t, self.states):
             outputs.append(output)
             fit = self._setup.fit
             if isinstance(output, Calibrated) and fit is not None:
                 place = Place.from_calibration(output, self._setup.noise().dof)
-                self._pointer = Pointer(self.settings, self._arm, place, fit.rays)
+                self._pointer = Pointer(self.settings, self._arm, place, fit.rays, self._hits)
         if self._pointer is not None:
             outputs.extend(self._point(t, self._pointer))
+        elif self._hits is not None and self._setup.step is Step.IDLE:
+            outputs.extend(self._choose_by_hit(t, self._hits))
         outputs.extend(self._gesture(t))
         outputs.extend(self._steering.tick(t, self._spot))
         return outputs
@@ -138,6 +155,20 @@ class Conductor:
         worn = link.source in self._arm.by_name
         stops = self._steering.halt(link.t, f"{link.source} is out of reach") if worn else []
         return [*stops, Say(link.t, f"{link.source} is out of reach", "")]
+
+    def _began_anew(self, link: Link) -> list[Output]:
+        """A band that was heard before and has lost its heading: what was found with it holds no more."""
+        band = self._arm.by_name.get(link.source)
+        leading = self._setup.step is not Step.IDLE
+        if band is None or band.heard == -np.inf or not (leading or band.mount):
+            return []
+        band.mount = None
+        if link.source in self._arm.pointing:
+            self._pointer, self._spot = None, None
+        self._setup.cancel()
+        stops = self._steering.halt(link.t, f"{link.source} began anew")
+        words = f"{link.source} began anew, and nobody knows its heading any more: begin the set-up again"
+        return [*stops, Say(link.t, words, "trouble")]
 
     def _gesture(self, t: float) -> list[Output]:
         if self._gestures is None:
@@ -170,10 +201,10 @@ class Conductor:
         return x, y
 
     def _point(self, t: float, pointer: Pointer) -> list[Output]:
-        pointed, dwelt = pointer.tick(t, self.states, self.feedback)
+        pointed, how = pointer.tick(t, self.states, self.feedback)
         outputs: list[Output] = [pointed, *self._spotted(pointed)]
-        if dwelt:
-            outputs.extend(self._choose(t, pointer, "dwell"))
+        if how is not None:
+            outputs.extend(self._choose(t, pointer, how))
         outputs.extend(self._lights.step(t, pointed.xy if self.feedback else None, self.states))
         return outputs
 
@@ -184,18 +215,40 @@ class Conductor:
             return self._steering.unsteer(pointed.t, f"no spot: {pointed.refused}")
         return []
 
-    def _choose(self, t: float, pointer: Pointer, how: str) -> list[Output]:
+    def _choose(self, t: float, pointer: Pointer, how: How) -> list[Output]:
         chosen = pointer.selected(t, how)
         outputs: list[Output] = [chosen]
-        # Shown a cursor, the person aims the cursor and not the arm: nothing can be learnt of the heading then.
-        if not self.feedback and pointer.learn(chosen, self.states):
+        if self._teaches(how) and pointer.learn(chosen, self.states):
             outputs.append(pointer.place.calibrated())
+        return [*outputs, *self._keep(t, chosen)]
+
+    def _teaches(self, how: How) -> bool:
+        """Shown a cursor, the person aims the cursor and not the arm: that says nothing of the heading.
+
+        What is hit says where the beam went, and nothing of another ray.
+        """
+        if how == "hit":
+            return self.settings.beam is not None
+        return not self.feedback
+
+    def _choose_by_hit(self, t: float, hits: Hits) -> list[Output]:
+        """Without a place a hit alone chooses: the spot is where it is."""
+        selection = self.settings.selection
+        candidates = Candidates.on_sheet(self.settings.sheet, ()).with_robots(list(self.states.values()))
+        best, probability = hits.best(candidates, selection.elsewhere)
+        if probability < selection.gate or not hits.due(t, best, already=False):
+            return []
+        chosen = Selected(t, self._arm.forearm.settings.name, best.robot, None, probability, "hit")
+        return [chosen, *self._keep(t, chosen)]
+
+    def _keep(self, t: float, chosen: Selected) -> list[Output]:
+        """Keep a choice for the next gesture, and let the robot show it."""
         if chosen.robot is not None:
             self._choice.add(t, chosen.robot)
             self._lights.flash(chosen.robot, t + _FLASH)
         elif chosen.zone is not None:
             self._choice.add_zone(t, chosen.zone)
-        return outputs
+        return []
 
     def _tap(self, tap: Tap) -> list[Output]:
         """A band's button: once chooses what is pointed at, three times or more stops the robots."""

@@ -3,11 +3,12 @@
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
 from armspan.conductor.arm import Arm
+from armspan.conductor.hits import Hits
 from armspan.conductor.settings import Settings
 from armspan.frames import Array
 from armspan.pointing.place import Place
@@ -18,6 +19,8 @@ from armspan.records import Pointed, RobotState, Selected
 
 Rays: TypeAlias = Callable[[Array, Array | None], tuple[Array, Array]]
 """The rays of an arm whose forearm and upper arm have these attitudes, as the calibration found the arm."""
+
+How: TypeAlias = Literal["dwell", "tap", "hit"]
 
 SURE = 0.85
 """Posterior above which a choice teaches the place."""
@@ -49,50 +52,73 @@ class Aim:
 class Pointer:
     """Follows the calibrated arm from tick to tick."""
 
-    def __init__(self, settings: Settings, arm: Arm, place: Place, rays: Rays) -> None:
-        self.settings, self.arm, self.place, self.rays = settings, arm, place, rays
+    def __init__(self, settings: Settings, arm: Arm, place: Place, rays: Rays, hits: Hits | None = None) -> None:
+        self.settings, self.arm, self.place, self.rays, self.hits = settings, arm, place, rays, hits
         self.dwell = Dwell(settings.selection)
         self._zones = Candidates.on_sheet(settings.sheet, settings.zones)
         self._smooth = {name: SmoothRotation() for name in arm.pointing}
         self._aim: Aim | None = None
         self._reached = 0.0
 
-    def tick(self, t: float, states: Mapping[str, RobotState], cursor: bool) -> tuple[Pointed, bool]:
-        """Where the arm points at ``t`` [s], and whether that completes a dwell; is the cursor shown?"""
+    def tick(self, t: float, states: Mapping[str, RobotState], cursor: bool) -> tuple[Pointed, How | None]:
+        """Where the arm points at ``t`` [s], and how that makes a choice, if it does; is the cursor shown?"""
         self.place.advance(t)
         self._aim = None
         silent = self.arm.silent(t)
         if silent:
-            return self._refuse(t, f"stale: nothing heard of {' and '.join(silent)}"), False
+            return self._refuse(t, f"stale: nothing heard of {' and '.join(silent)}"), None
         ray = self._ray(t)
         if ray is None:
-            return self._refuse(t, "the band is not set up"), False
+            return self._refuse(t, "the band is not set up"), None
         if self.place.covariance[3, 3] > EXPIRED**2:
-            return self._refuse(t, f"expired: the heading may be off by {EXPIRED_DEG} degrees; set up again"), False
+            why = f"expired: the heading may be off by {EXPIRED_DEG} degrees; set up again"
+            return self._by_receptors(t, why, ray, states) if self.hits else (self._refuse(t, why), None)
         meant, noise = self.place.aimed(ray[1])
         place, height = self.place.now(noise), self.settings.light_height_m
         lights, ground = spot(place, ray[0], meant, -height), spot(place, ray[0], meant, 0.0)
         if lights.refused or ground.refused or ground.covariance is None:
-            return self._refuse(t, lights.refused or ground.refused or ""), False
+            return self._refuse(t, lights.refused or ground.refused or ""), None
         if self.arm.rate > _REACHING:
             self._reached = t
-        if cursor:
+        if cursor and not self.settings.beam:  # who sees the laser's spot does not look at the cursor
             steered = t - self._reached
             lights, ground = (steered_by_cursor(at, steered, states) for at in (lights, ground))
         self._aim = self._judge(t, ray, lights, ground, states)
-        done = self.dwell.step(t, self._aim.best, self._aim.pointed.probability, self.arm.moving)
-        return self._aim.pointed, done
+        return self._aim.pointed, self._choice(t, self._aim)
+
+    def _choice(self, t: float, aim: Aim) -> How | None:
+        already = self.dwell.chosen and self.dwell.held == aim.best
+        dwelt = self.dwell.step(t, aim.best, aim.pointed.probability, self.arm.moving)
+        if self.hits is not None and aim.pointed.decided and self.hits.due(t, aim.best, already=already or dwelt):
+            self.dwell.take()
+            return "hit"
+        return "dwell" if dwelt else None
+
+    def _by_receptors(
+        self, t: float, why: str, ray: tuple[Array, Array], states: Mapping[str, RobotState]
+    ) -> tuple[Pointed, How | None]:
+        """What is hit is meant, where no ray can be believed."""
+        hits, gate = self.hits, self.settings.selection.gate
+        if hits is None:
+            return self._refuse(t, why), None
+        best, probability = hits.best(self._zones.with_robots(list(states.values())), self.settings.selection.elsewhere)
+        if best.robot is None or probability < gate:
+            return self._refuse(t, why), None
+        source = self.arm.forearm.settings.name
+        pointed = Pointed(t, source, None, None, best.robot, None, probability, True, why)
+        self._aim = Aim(ray, best, pointed)
+        return pointed, self._choice(t, self._aim)
 
     def tap(self) -> bool:
         """Choose what is held, without waiting for the dwell."""
         return self._aim is not None and self.dwell.take()
 
-    def selected(self, t: float, how: str) -> Selected:
+    def selected(self, t: float, how: How) -> Selected:
         """The choice just made, as a record."""
         aim = self._aim
         chosen, probability = (aim.best, aim.pointed.probability) if aim else (NOTHING, 0.0)
         source = self.arm.forearm.settings.name
-        return Selected(t, source, chosen.robot, chosen.zone, probability, "tap" if how == "tap" else "dwell")
+        return Selected(t, source, chosen.robot, chosen.zone, probability, how)
 
     def learn(self, chosen: Selected, states: Mapping[str, RobotState]) -> bool:
         """Refine the place by a robot that was surely meant, or a little by a zone."""
@@ -125,6 +151,7 @@ class Pointer:
             np.asarray(ground.xy),
             np.asarray(ground.covariance),
             self.settings.selection.elsewhere,
+            self.hits.odds(candidates.robots) if self.hits else None,
         )
         index = int(np.argmax(posterior))
         best, probability = candidates.name(index), float(posterior[index])

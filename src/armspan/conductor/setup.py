@@ -7,11 +7,12 @@ from enum import Enum
 import numpy as np
 
 from armspan.conductor.arm import Arm
+from armspan.conductor.hits import Hits
 from armspan.conductor.settings import Settings
 from armspan.errors import CalibrationError
 from armspan.frames import Array, rotation_from_quaternion
 from armspan.orientation import Hold, mount_from_forward, mount_from_poses
-from armspan.pointing.calibration import NATURAL, STRAIGHT, Fit, Noise, calibrate, quality
+from armspan.pointing.calibration import HIDDEN, NATURAL, STRAIGHT, Fit, Noise, calibrate, quality
 from armspan.pointing.pairs import Pairs, still_pairs
 from armspan.pointing.priors import PITCH_SD, TABLE_SD, Priors
 from armspan.pointing.rays import default_model
@@ -45,6 +46,7 @@ class SetUp:
     settings: Settings
     arm: Arm
     errands: Errands
+    hits: Hits | None = None
     step: Step = Step.IDLE
     model: Model = "head-finger"
     fit: Fit | None = None
@@ -55,6 +57,7 @@ class SetUp:
     _pairs: list[StopPairs] = field(default_factory=list)
     _home: Vec2 | None = None
     _rest: tuple[Vec2, float] = ((np.inf, np.inf), 0.0)
+    _unlit: bool = False
 
     @property
     def robot(self) -> str:
@@ -67,8 +70,9 @@ class SetUp:
 
     def begin(self, t: float) -> list[Output]:
         """Start, or start again."""
-        self._stop, self._pairs, self._home = 0, [], None
-        self.model = self.settings.model or default_model(self.settings.body, self.arm.upperarm is not None)
+        self._stop, self._pairs, self._home, self._unlit = 0, [], None, False
+        usual: Model = "forearm" if self.settings.beam else default_model(self.settings.body, self._two_bands)
+        self.model = self.settings.model or usual
         if len(self.settings.stops) < 3 or not self.settings.robots:
             self.step = Step.IDLE
             return [
@@ -120,6 +124,9 @@ class SetUp:
         if t - self.asked < _PATIENCE:
             return []
         self.asked = t
+        if self.step is Step.POINT and self._awaits_light and self.hits and not self.hits.heard(self.robot):
+            self._unlit = True
+            return [Say(t, f"The receptor of {self.robot} sees nothing: this goes on without it", "")]
         if cue == "band":
             return [Say(t, text, "")]
         again = {
@@ -127,7 +134,7 @@ class SetUp:
             Step.STRETCH: (f"Stretch {self._arms} straight forward and hold still", "stretch"),
             Step.HANG: (f"Let {self._arms} hang straight down and hold still", "hang"),
             Step.DRIVE: (f"{self.robot} does not reach its stop: is it on the sheet, and the way free?", ""),
-            Step.POINT: (f"Point at the light of {self.robot} and hold still", f"point:{self.robot}"),
+            Step.POINT: (f"{self._point_at} and hold still", f"point:{self.robot}"),
         }
         return [Say(t, *again[self.step])]
 
@@ -174,7 +181,7 @@ class SetUp:
         self.errands.send(self.robot, self.settings.stops[self._stop])
         self.step, self.asked = Step.DRIVE, t
         count = f"({self._stop + 1} of {len(self.settings.stops)})"
-        return [Say(t, f"Point at the light of {self.robot} and follow it {count}", f"point:{self.robot}")]
+        return [Say(t, f"{self._point_at} and follow it {count}", f"point:{self.robot}")]
 
     def _drive(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
         if self.robot not in self.errands.goals:
@@ -188,12 +195,27 @@ class SetUp:
             return []
         upperarm = self.arm.upperarm.in_user() if self.arm.upperarm else None
         still = not self.arm.moving and self._robot_rests(t, state) and not state.held
+        still = still and (not self._awaits_light or self.hits is None or self.hits.sees(t, self.robot))
         if not self._pairs[-1].add(t, forearm, upperarm, state.xy, still):
             return []
         self._stop += 1
         if self._stop < len(self.settings.stops):
             return self._next_stop(t)
         return self._finish(t)
+
+    @property
+    def _two_bands(self) -> bool:
+        return self.arm.upperarm is not None
+
+    @property
+    def _point_at(self) -> str:
+        return f"{'Bring the spot onto' if self.settings.beam else 'Point at'} the light of {self.robot}"
+
+    @property
+    def _awaits_light(self) -> bool:
+        """Whether a stop counts only while the robot is hit: not where nothing was ever seen by its receptor."""
+        beam = self.settings.beam
+        return beam is not None and self.robot in beam.receptors and not self._unlit
 
     def _robot_rests(self, t: float, state: RobotState) -> bool:
         xy, since = self._rest
@@ -226,15 +248,21 @@ class SetUp:
     def _fit(self) -> Fit:
         """The place from all stops, and what the arm needs beside it."""
         height = self.settings.table_height_m
-        bent = self.settings.posture == "natural" and self.model != "two-band"
+        bent = self.settings.posture == "natural" and not self._elbow_seen
         plane = None if height is None or bent else (height, TABLE_SD)  # an unseen elbow hides in the height
         priors = Priors(plane, PITCH_SD, self.settings.body.covariance is not None)
-        return calibrate(self.settings.body, self._all_pairs(), self.model, noise=self.noise(), priors=priors)
+        body, pairs, beam = self.settings.body, self._all_pairs(), self.settings.beam
+        return calibrate(body, pairs, self.model, noise=self.noise(), priors=priors, laser=beam)
 
     def noise(self) -> Noise:
         """What is expected of the user before the pairs say more."""
-        seen = self.settings.posture == "straight" or self.model == "two-band"
-        return STRAIGHT if seen else NATURAL
+        if self.settings.posture == "straight" or self._elbow_seen:
+            return STRAIGHT
+        return HIDDEN if self.settings.beam else NATURAL
+
+    @property
+    def _elbow_seen(self) -> bool:
+        return self.model == "two-band" or (self.settings.beam is not None and self._two_bands)
 
     def _all_pairs(self) -> Pairs:
         """What was collected, with every point at the height of the robot's light."""

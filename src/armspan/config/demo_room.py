@@ -16,6 +16,7 @@ from armspan.config.room_file import (
     Simulation,
     ZoneEntry,
 )
+from armspan.pointing.laser import LaserSettings
 from armspan.records import Arm, Sheet, Vec2
 
 Posture: TypeAlias = Literal["straight", "natural"]
@@ -38,16 +39,17 @@ def demo_room(
     feedback: Literal["off", "on", "both"] = "both",
     model: str | None = None,
     gestures: tuple[str, ...] = (),
+    laser: LaserSettings | None = None,
 ) -> RoomFile:
     """A room for the demo: robots stand 10 cm apart or more, from each other and from the zones' rims.
 
     With the file of a gesture ``model`` there is a band on the other wrist too, and after the trials the person makes
-    ``gestures``.
+    ``gestures``. With a ``laser`` the person wears one, and every robot has a receptor.
     """
     rng = np.random.default_rng([seed, 1])
     places = _places(rng, len(ROBOTS), len(ZONES))
     robots = tuple(
-        SimulatedRobot(name, (float(x), float(y)), float(rng.uniform(-180, 180)))
+        SimulatedRobot(name, (float(x), float(y)), float(rng.uniform(-180, 180)), laser is not None)
         for name, (x, y) in zip(ROBOTS, places, strict=False)
     )
     zones = tuple(ZoneEntry(name, _hexagon(x, y)) for name, (x, y) in zip(ZONES, places[len(ROBOTS) :], strict=True))
@@ -69,6 +71,7 @@ def demo_room(
         posture=posture,
         table_height_m=round(TABLE + float(rng.normal(0.0, 0.005)), 3),  # what a tape says
         gestures=GestureEntry(model),
+        laser=laser,
         simulation=Simulation(seed, TABLE, person),
     )
 

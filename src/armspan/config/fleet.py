@@ -12,7 +12,13 @@ class Fleet:
     """Sends each command to the door of whom it concerns; ``doors`` are by the names of what is behind them."""
 
     def __init__(self, doors: Mapping[str, Swarm]) -> None:
-        self._doors = dict(doors)
+        self._doors: dict[str, Swarm] = {}
+        self._all: list[Swarm] = []
+        self.add(doors)
+
+    def add(self, doors: Mapping[str, Swarm]) -> None:
+        """Take more doors in, by the names of what is behind them."""
+        self._doors |= doors
         self._all = list({id(door): door for door in self._doors.values()}.values())
 
     async def send(self, command: Command) -> None:

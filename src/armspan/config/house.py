@@ -1,7 +1,9 @@
 """An open house: the room's devices made, its conductor ready, its doors in step."""
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from contextlib import AsyncExitStack
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 
@@ -11,6 +13,10 @@ import numpy as np
 from armspan import __version__
 from armspan.conductor import Conductor, Settings
 from armspan.config.body_file import body_from_table
+from armspan.config.doors import Doors, make_doors
+from armspan.config.emulated import BandKind, Emulation, RobotKind
+from armspan.config.fleet import Fleet
+from armspan.config.live import Lead, led
 from armspan.config.model_files import in_header, read_model
 from armspan.config.room_file import (
     ReplayedBand,
@@ -26,10 +32,13 @@ from armspan.gesture.model import GestureModel
 from armspan.log import LogFile, read
 from armspan.ports import Pace, Sink, Source, Swarm
 from armspan.records import COMMANDS, EVENTS, Body, ImuSample, Press, Record, RobotState, Tick
-from armspan.session import FastPace, LivePace, Mind, Session
+from armspan.session import FastPace, LivePace, Mind, Session, Stopwatch
 from armspan.simulation.bands import VirtualBand, draw_band
+from armspan.simulation.beam import Beam
 from armspan.simulation.gesture_script import Agenda, Programme
+from armspan.simulation.laser import VirtualLaser, draw_laser
 from armspan.simulation.person import Person, VirtualPerson, draw_person, measured_body
+from armspan.simulation.receptors import ReceptorTraits, VirtualReceptors
 from armspan.simulation.robots import Plant, VirtualRobots
 from armspan.simulation.script import Script, Target, Trial
 from armspan.simulation.second_arm import TwoArmedPerson
@@ -47,29 +56,55 @@ class House:
     replayed: dict[str, set[str]]
     seconds: float | None = None
     model: GestureModel | None = None
+    doors: Doors = field(default_factory=Doors)
+    emulation: Emulation | None = None
+    now: Stopwatch = field(default_factory=Stopwatch)
+    lead: Lead = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.lead = Lead(self.now, [band.name for band in self.settings.bands], self.seconds)
+
+    @property
+    def lasts(self) -> bool:
+        """Whether something here lives by the wall's clock: real or emulated devices."""
+        return bool(self.doors) or self.emulation is not None
 
     @property
     def header(self) -> dict[str, object]:
-        """What a log keeps of the room; epoch 0, since simulated and replayed time starts at zero."""
+        """What a log keeps of the room; epoch 0 where time is simulated or replayed, and starts at zero."""
         header: dict[str, object] = {
             "armspan": __version__,
-            "epoch_ns": 0,
+            "epoch_ns": time.time_ns() - round(1e9 * self.now()) if self.lasts else 0,
             "settings": msgspec.to_builtins(self.settings),
         }
         return header | (in_header(self.model) if self.model is not None else {})
 
     def session(self, sinks: Sequence[Sink]) -> Session:
         """The session of this house; the world hears everything too."""
-        swarm: Swarm = simulated.SimulatedSwarm(self.world) if self.world else replay.NoSwarm()
-        heard: list[Sink] = [self._hear] if self.world else []
-        return Session(self.mind(), swarm, [*sinks, *heard])
+        heard: list[Sink] = [*([self._hear] if self.world else []), *([self.lead.hear] if self.lasts else [])]
+        return Session(self.mind(), Fleet(self._commanded()), [*sinks, *heard])
+
+    def _commanded(self) -> dict[str, Swarm]:
+        """Who takes commands for whom: virtual and replayed robots, and those of the devices."""
+        virtual: Swarm = simulated.SimulatedSwarm(self.world) if self.world else replay.NoSwarm()
+        return {robot: virtual for robot in self.settings.robots} | self.doors.commanded
 
     def mind(self) -> Mind:
         """What decides in this house."""
         return Conductor(self.settings, self.model)
 
     async def run(self, session: Session, *, live: bool) -> None:
-        """Open all doors together and go on until every source has ended."""
+        """Open all doors together and go on until every source that can end has ended.
+
+        Raises:
+            ConfigError: for devices that live by the wall's clock, as fast as it goes.
+
+        """
+        if self.lasts:
+            if not live:
+                raise ConfigError("real and emulated devices live by the clock: leave --pace fast out")
+            await self._run_devices(session)
+            return
         fast = FastPace(session)
         sources: list[Source] = []
         for make in self._makers():
@@ -79,6 +114,19 @@ class House:
                 door = fast.door()
                 sources.append(door.through(make(door)))
         await session.run(sources)
+
+    async def _run_devices(self, session: Session) -> None:
+        """Real or emulated devices, and whatever is simulated or replayed beside them, on one clock."""
+        async with AsyncExitStack() as stack:
+            if self.emulation is not None:
+                doors = await stack.enter_async_context(self.emulation.opened(self.now))
+                if isinstance(session.swarm, Fleet):
+                    session.swarm.add(doors.commanded)
+                leading, beside = self.emulation.source(self.now, self.seconds), []
+            else:
+                doors, leading = self.doors, self.lead.source()
+                beside = [led(make(LivePace(self.now))) for make in self._makers()]
+            await session.run([leading], [*(driver.source() for driver in doors.drivers), *beside])
 
     def _makers(self) -> list[Callable[[Pace], Source]]:
         """One maker for each source; the first one also brings the ticks and the presses."""
@@ -92,7 +140,7 @@ class House:
 
     def _world_seconds(self) -> float | None:
         """How long the virtual world goes on: without a person only as long as there is something to replay."""
-        if self.seconds is not None or self.world is None or self.world.person is not None:
+        if self.seconds is not None or self.world is None or self.world.person is not None or self.lasts:
             return self.seconds
         return max((record.t for log in self.logs.values() for record in log.records), default=0.0)
 
@@ -120,7 +168,19 @@ def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = No
     model = read_model(folder / room.gestures.model) if room.gestures.model else None
     if model is not None:
         _check_labels(settings.gestures, model.facts.labels)
-    return House(settings, world, _logs(room, folder), replayed_devices(room), seconds, model)
+    house = House(settings, world, _logs(room, folder), replayed_devices(room), seconds, model)
+    house.doors = make_doors(room, house.now, folder)
+    return house
+
+
+def open_emulated(
+    room: RoomFile, bands: BandKind | None, robots: RobotKind | None, seconds: float | None = None
+) -> House:
+    """A simulated room whose bands or robots stand behind emulated devices (errors as `open_house`)."""
+    house = open_house(room, seconds=seconds)
+    if house.world is not None and (bands or robots):
+        house.emulation = Emulation(house.world, room, bands, robots)
+    return house
 
 
 def _check_labels(orders: dict[str, str], labels: tuple[str, ...]) -> None:
@@ -204,7 +264,19 @@ def _world(
         rng,
         table_height=room.simulation.table_height_m,
         light_height=room.light_height_m,
+        beam=_beam(settings, robots, room.simulation.seed) if someone else None,
     )
+
+
+def _beam(settings: Settings, robots: list[SimulatedRobot], seed: int) -> Beam | None:
+    """The virtual laser, off by what careful strapping leaves, and receptors; dice of their own change nothing else."""
+    if settings.laser is None:
+        return None
+    own = np.random.default_rng([seed, 4])
+    left, up = np.radians(settings.laser.direction_deg).tolist()
+    laser = VirtualLaser(draw_laser(own, settings.laser.position_m, (left, up)))
+    fitted = [robot.name for robot in robots if robot.receptor]
+    return Beam(laser, VirtualReceptors(fitted, ReceptorTraits(), own) if fitted else None)
 
 
 def _on_other_arm(band: SimulatedBand, settings: Settings) -> bool:

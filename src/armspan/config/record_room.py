@@ -187,7 +187,16 @@ def open_record_house(room: RoomFile, recording: Recording, folder: Path = Path(
         house.world.script = GestureScript("setup", _BEGIN)
     else:
         _lead(house)
-    return RecordHouse(house.settings, house.world, house.logs, house.replayed, recorder=recorder, simulated=simulated)
+    return RecordHouse(
+        house.settings,
+        house.world,
+        house.logs,
+        house.replayed,
+        doors=house.doors,
+        now=house.now,
+        recorder=recorder,
+        simulated=simulated,
+    )
 
 
 def _was_simulated(log: LogFile) -> bool:

@@ -13,7 +13,13 @@ import shapely
 from armspan.conductor import BandSettings, Settings
 from armspan.config.body_file import body_from_table
 from armspan.config.recordings import UNIT_TOLERANCE
+from armspan.devices.cellulo.entry import CelluloEntry
+from armspan.devices.metawear.entry import MetaWearEntry
+from armspan.devices.phone.entry import PhoneEntry
+from armspan.devices.receptor.entry import ReceptorEntry, robots_of
+from armspan.devices.toio.entry import ToioEntry
 from armspan.errors import ConfigError, known_names
+from armspan.pointing.laser import LaserSettings
 from armspan.pointing.selection import SelectionSettings
 from armspan.records import Arm, Body, Model, Quaternion, Sheet, Vec2, Zone
 from armspan.swarm.director import DICTIONARY, STOP, order_name
@@ -45,11 +51,12 @@ class ReplayedBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_
 
 
 class SimulatedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="simulated"):
-    """A virtual robot and where it starts."""
+    """A virtual robot and where it starts; with a ``receptor`` it notices the laser of a room that has one."""
 
     name: str
     start_m: Vec2
     heading_deg: float = 0.0
+    receptor: bool = False
 
 
 class ReplayedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="replay"):
@@ -84,8 +91,8 @@ class Simulation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 _ANYBODY = Body(1.6, (0.06, 0.15, 0.22), 0.72)
 
-BandEntry = SimulatedBand | ReplayedBand
-RobotEntry = SimulatedRobot | ReplayedRobot
+BandEntry = SimulatedBand | ReplayedBand | MetaWearEntry | PhoneEntry
+RobotEntry = SimulatedRobot | ReplayedRobot | CelluloEntry | ToioEntry
 
 
 class ZoneEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -121,15 +128,25 @@ class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     light_height_m: float = 0.045
     led_zero_deg: float = 0.0
     feedback: bool = False
+    radio: str | None = None
     limits: Limits = Limits()
     selection: SelectionSettings = SelectionSettings()
     gestures: GestureEntry = GestureEntry()
+    laser: LaserSettings | None = None
+    receptors: tuple[ReceptorEntry, ...] = ()
     simulation: Simulation = Simulation()
 
     def settings(self, body: Body) -> Settings:
         """What the conductor needs of it."""
         bands = tuple(
-            BandSettings(band.name, band.segment, getattr(band, "rate_hz", 100.0), band.wrist_from_sensor, band.arm)
+            BandSettings(
+                band.name,
+                band.segment,
+                getattr(band, "rate_hz", 100.0),
+                band.wrist_from_sensor,
+                band.arm,
+                getattr(band, "stale_s", 0.2),
+            )
             for band in self.bands
         )
         return Settings(
@@ -143,14 +160,37 @@ class RoomFile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             posture=self.posture,
             table_height_m=self.table_height_m,
             light_height_m=self.light_height_m,
-            led_zero_deg=self.led_zero_deg,
+            led_zero_deg=self.led_zero_deg or self._first_light_deg(),
             limits=self.limits,
             selection=self.selection,
             feedback=self.feedback,
             gestures={label: order_name(order) for label, order in self.gestures.behaviours.items()},
             dice=self.simulation.seed,
             choice_s=self.gestures.choice_s,
+            laser=self._laser(),
         )
+
+    def _first_light_deg(self) -> float:
+        """Where the first light at or after straight ahead sits on the robots: one answer for all (ConfigError)."""
+        cellulos = [robot for robot in self.robots if isinstance(robot, CelluloEntry)]
+        first = {round(robot.traits.ring.first_deg, 6): robot.name for robot in cellulos}
+        if len(first) > 1:
+            (a, one), (b, other) = list(first.items())[:2]
+            raise ConfigError(
+                f"the lights of {one!r} and {other!r} sit at {a:g} and {b:g} degrees; the cursor needs robots whose "
+                "led_zero_deg differ by whole sixths of a turn"
+            )
+        return next(iter(first), 0.0)
+
+    def _laser(self) -> LaserSettings | None:
+        """The laser with all robots that have a receptor; with receptors alone it is where it usually is."""
+        names = tuple(robot.name for robot in self.robots)
+        spoken = [robot for entry in self.receptors for robot in robots_of(entry, names)]
+        virtual = [robot.name for robot in self.robots if getattr(robot, "receptor", False)]
+        fitted = tuple(dict.fromkeys((*(self.laser.receptors if self.laser else ()), *spoken, *virtual)))
+        if self.laser is None and not fitted:
+            return None
+        return msgspec.structs.replace(self.laser or LaserSettings(), receptors=fitted)
 
 
 def default_stops(sheet: Sheet, inset: float = 0.08) -> tuple[Vec2, ...]:
@@ -241,6 +281,7 @@ def _check(room: RoomFile, robots: bool) -> None:
             check_place(f"the start of robot {robot.name!r},", robot.start_m, room.sheet)
     for band in room.bands:
         _check_band(band)
+    _check_addresses(room)
     _check_simulation(room)
     _check_gestures(room.gestures, {zone.name for zone in room.zones})
     if room.stops_m and len(room.stops_m) < 3:
@@ -287,6 +328,19 @@ def _check_band(band: BandEntry) -> None:
         )
 
 
+def _check_addresses(room: RoomFile) -> None:
+    """No two bands, and no two robots on one radio, are the same device."""
+    first: dict[str, str] = {}
+    for device in (*room.bands, *(robot for robot in room.robots if isinstance(robot, ToioEntry))):
+        address = getattr(device, "address", None)
+        if isinstance(address, str) and address in first:
+            raise ConfigError(
+                f"{first[address]!r} and {device.name!r} both have the address {address}; each device has its own"
+            )
+        if isinstance(address, str):
+            first[address] = device.name
+
+
 def _check_simulation(room: RoomFile) -> None:
     wanted = room.simulation
     if wanted.seed < 0 or wanted.person.trials < 0:
@@ -295,11 +349,12 @@ def _check_simulation(room: RoomFile) -> None:
             "from 0"
         )
     simulated = any(isinstance(band, SimulatedBand) for band in room.bands)
-    replayed = [robot.name for robot in room.robots if isinstance(robot, ReplayedRobot)]
-    if simulated and replayed:
+    strange = [robot for robot in room.robots if not isinstance(robot, SimulatedRobot)]
+    if simulated and strange:
+        kind = "replayed" if isinstance(strange[0], ReplayedRobot) else "real"
         raise ConfigError(
-            f"robot {replayed[0]!r} is replayed, but a simulated person can only point at simulated robots: replay "
-            "the bands too, or simulate the robot"
+            f"robot {strange[0].name!r} is {kind}, but a simulated person can only point at simulated robots: let the "
+            "bands be of its kind too, or simulate the robot"
         )
 
 

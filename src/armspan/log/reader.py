@@ -189,8 +189,10 @@ class _Scan:
 
     def _message(self, channel: int, sequence: int, log_time: int, data: bytes | memoryview) -> None:
         decoder = self._decoders.get(channel)
+        if channel not in self._topics:  # as where a power failure left zeros behind a message's beginning
+            raise LogError(f"{self.path}: record {sequence} is on channel {channel}, which was never declared")
         if decoder is None:
-            self._skipped[self._topics.get(channel, f"channel {channel}")] += 1
+            self._skipped[self._topics[channel]] += 1
             return
         try:
             self._rows.append((sequence, log_time, decoder.decode(data)))

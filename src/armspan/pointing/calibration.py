@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from armspan.errors import CalibrationError, known_names
 from armspan.frames import SHEET_FLIP, Array, Transform, sheet_from_user, yaw_rotation
+from armspan.pointing.laser import LaserSettings
 from armspan.pointing.least_squares import Problem, angles, linearise, robust_cost, solve
 from armspan.pointing.misfits import leave_out_misfits
 from armspan.pointing.nelder_mead import nelder_mead, nelder_mead_report
@@ -49,6 +50,10 @@ STRAIGHT = Noise(float(np.radians(2.0)), 4.0)
 NATURAL = Noise(float(np.radians(3.5)), 2.0)
 """One band on a natural arm, which bends at an elbow that the band cannot see: the same people, one band."""
 
+HIDDEN = Noise(float(np.radians(8.0)), 2.0)
+"""A laser's ray from a wrist whose elbow bends unseen: the spot is on its target, but the beam begins a hand's breadth
+beside where it is thought to begin, half a metre from there (simulated)."""
+
 
 @dataclass(frozen=True, slots=True)
 class StopResidual:
@@ -67,7 +72,7 @@ class Fit:
     ``xyz`` (3,) [m] and ``yaw`` [rad]; ``covariance`` (4, 4) over (x, y, z, yaw); ``rms`` [rad] the residual
     angle; ``sigma`` [rad] the pointing noise per axis; ``condition`` the condition number of the problem with
     each parameter in its own unit; ``cost`` the robust cost [rad²]; ``area`` where the points of still pairs
-    lay. ``body`` and ``pitch`` [rad] are as assumed, or as found under priors.
+    lay. ``body`` and ``pitch`` [rad] are as assumed, or as found under priors. With a ``laser`` the rays are its beams.
     """
 
     body: Body
@@ -84,6 +89,7 @@ class Fit:
     cost: float
     area: Area | None = None
     pitch: float = 0.0
+    laser: LaserSettings | None = None
 
     def transform(self) -> Transform:
         """``sheet_from_user``."""
@@ -91,7 +97,8 @@ class Fit:
 
     def rays(self, user_from_forearm: Array, user_from_upperarm: Array | None = None) -> tuple[Array, Array]:
         """Origins [m] and unit directions (..., 3) in ``user`` of the arm at other attitudes (..., 3, 3)."""
-        return arm_rays(self.body, pitched(user_from_forearm, self.pitch), user_from_upperarm, self.model)
+        forearm = pitched(user_from_forearm, self.pitch)
+        return arm_rays(self.body, forearm, user_from_upperarm, self.model, self.laser)
 
 
 def calibrate(
@@ -103,10 +110,11 @@ def calibrate(
     method: Method = "least-squares",
     noise: Noise | None = None,
     priors: Priors = NO_PRIORS,
+    laser: LaserSettings | None = None,
 ) -> Fit:
     """Place the user so that the rays meet the points.
 
-    ``noise`` is `STRAIGHT` for two bands and else `NATURAL`, unless told.
+    ``noise`` is `STRAIGHT` for two bands and else `NATURAL`, unless told. A ``laser`` goes with the forearm's model.
 
     Raises:
         CalibrationError: if the pairs do not determine the place, or the method or model does not exist.
@@ -118,7 +126,7 @@ def calibrate(
     flip = np.eye(3) if z_up else SHEET_FLIP
     centre = pairs.points.mean(axis=0)
     noise = noise or (STRAIGHT if model == "two-band" else NATURAL)
-    rays = arm_rays(body, pairs.user_from_forearm, pairs.user_from_upperarm, model)
+    rays = arm_rays(body, pairs.user_from_forearm, pairs.user_from_upperarm, model, laser)
     problem = Problem(*rays, (pairs.points - centre) @ flip, pairs.weights)
     problem, place = _solve(problem, SHEET_FLIP @ flip @ centre, method, pairs.stops is not None, noise)
     told = _information(problem, place, noise)
@@ -126,13 +134,14 @@ def calibrate(
         _check(told)
     found = Refined(place, np.asarray(told.sigma**2 * np.linalg.inv(told.curvature)), body, 0.0, problem)
     if priors:
-        found = refine(found, pairs, model, told.sigma, priors, float((flip @ centre)[2]))
+        found = refine(found, pairs, model, told.sigma, priors, float((flip @ centre)[2]), laser)
     if method == "least-squares":
         _check_reach(found.place)
     turn = flip @ yaw_rotation(found.place[3])
     xyz = centre - turn @ found.place[:3]
     covariance = _of_transform(found.covariance, turn, found.place)
-    return _fit(found, told, pairs, model=model, method=method, z_up=z_up, xyz=xyz, covariance=covariance)
+    fit = _fit(found, told, pairs, model=model, method=method, z_up=z_up, xyz=xyz, covariance=covariance)
+    return replace(fit, laser=laser)
 
 
 def _fit(

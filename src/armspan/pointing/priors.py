@@ -14,6 +14,7 @@ from scipy.optimize import least_squares
 
 from armspan.errors import CalibrationError
 from armspan.frames import Array
+from armspan.pointing.laser import LaserSettings
 from armspan.pointing.least_squares import Problem, miss
 from armspan.pointing.pairs import Pairs
 from armspan.pointing.rays import arm_rays
@@ -61,7 +62,15 @@ def pitched(user_from_forearm: Array, pitch: float) -> Array:
     return np.asarray(user_from_forearm @ np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]))
 
 
-def refine(plain: Refined, pairs: Pairs, model: Model, sigma: float, priors: Priors, floor: float) -> Refined:
+def refine(
+    plain: Refined,
+    pairs: Pairs,
+    model: Model,
+    sigma: float,
+    priors: Priors,
+    floor: float,
+    laser: LaserSettings | None = None,
+) -> Refined:
     """The most probable place near the ``plain`` fit, for pointing noise ``sigma`` [rad].
 
     ``floor`` [m] is the height of the points' centroid above the sheet's z = 0.
@@ -75,7 +84,7 @@ def refine(plain: Refined, pairs: Pairs, model: Model, sigma: float, priors: Pri
     def moved(freed: Array) -> tuple[Body, float, Problem]:
         body, pitch = _changed(plain.body, freed, priors)
         forearm = pitched(pairs.user_from_forearm, pitch)
-        origins, directions = arm_rays(body, forearm, pairs.user_from_upperarm, model)
+        origins, directions = arm_rays(body, forearm, pairs.user_from_upperarm, model, laser)
         return body, pitch, replace(plain.problem, origins=origins, directions=directions)
 
     def whitened(x: Array) -> Array:

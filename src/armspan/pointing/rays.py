@@ -8,16 +8,21 @@ import numpy as np
 
 from armspan.errors import CalibrationError, known_names
 from armspan.frames import Array
+from armspan.pointing.laser import LaserSettings, laser_rays
 from armspan.records import MODELS, Body, Model
 
 
 def arm_rays(
-    body: Body, user_from_forearm: Array, user_from_upperarm: Array | None, model: Model
+    body: Body,
+    user_from_forearm: Array,
+    user_from_upperarm: Array | None,
+    model: Model,
+    laser: LaserSettings | None = None,
 ) -> tuple[Array, Array]:
     """Origins [m] and unit directions (..., 3) of the arm's rays, in ``user``.
 
     ``user_from_forearm`` and ``user_from_upperarm`` are (..., 3, 3) with x along the limb to the hand. The
-    origin of ``user`` is the floor straight below the dominant eye.
+    origin of ``user`` is the floor straight below the dominant eye. With a ``laser`` the forearm's ray is its beam.
 
     Raises:
         CalibrationError: if the model needs an upper arm or a length that is not there.
@@ -28,6 +33,8 @@ def arm_rays(
     eye = np.array([0.0, 0.0, body.eye_height_m])
     shoulder = eye - np.asarray(body.shoulder_to_eye_m)
     finger = shoulder + _shoulder_to_finger(body, user_from_forearm, user_from_upperarm, model)
+    if model == "forearm" and laser is not None:
+        return laser_rays(laser, body, user_from_forearm, user_from_upperarm)
     if model == "forearm":
         return _elbow(body, shoulder, user_from_forearm, user_from_upperarm), user_from_forearm[..., :, 0]
     origins = np.broadcast_to(shoulder if model == "shoulder-finger" else eye, finger.shape)

@@ -84,18 +84,24 @@ class Candidates:
         robots = tuple(Candidate(robot=state.robot) for state in here)
         return Candidates(self.zones, self.zone_points, self.zone_of_point, self.zone_spacing, self.area, robots, xy)
 
-    def posterior(self, robot_spot: Array, zone_spot: Array, covariance: Array, elsewhere: float) -> Array:
+    def posterior(
+        self, robot_spot: Array, zone_spot: Array, covariance: Array, elsewhere: float, odds: Array | None = None
+    ) -> Array:
         """Probabilities (robots + zones + 1,) that each is meant; the last is "nothing known".
 
         ``robot_spot`` (2,) [m] is where the ray meets the plane of the robots' lights, ``zone_spot`` where it
-        meets the sheet; ``covariance`` (2, 2) [m²] holds for both. All candidates are alike a priori.
+        meets the sheet; ``covariance`` (2, 2) [m²] holds for both. All candidates are alike a priori. ``odds``
+        (robots,) tell how much likelier what the robots' receptors say is if each robot is meant than if not.
         """
         of_robots = _density(self.robot_xy - robot_spot, covariance, _AIM**2)
+        if odds is not None:
+            of_robots = of_robots * odds
         of_zones = self._zone_density(zone_spot, covariance)
-        likelihood = np.concatenate([of_robots, of_zones])
-        share = (1 - elsewhere) / max(1, len(likelihood))
-        weights = np.append(likelihood * share, elsewhere / self.area)
-        return np.asarray(weights / weights.sum())
+        return _shared(np.concatenate([of_robots, of_zones]), elsewhere, elsewhere / self.area)
+
+    def by_receptors(self, elsewhere: float, odds: Array) -> Array:
+        """The same where no ray is known: every place of the sheet is as likely as any other."""
+        return _shared(np.concatenate([odds, np.ones(len(self.zones))]), elsewhere, elsewhere)
 
     def _zone_density(self, spot: Array, covariance: Array) -> Array:
         """Density [1/m²] of the spot for each zone (k,): somewhere in it is meant, everywhere alike."""
@@ -117,6 +123,13 @@ class Candidates:
     def name(self, index: int) -> Candidate:
         """The candidate at a place in the posterior."""
         return (*self.robots, *self.zones, NOTHING)[index]
+
+
+def _shared(likelihood: Array, elsewhere: float, nothing: float) -> Array:
+    """The posterior of candidates (n,) that are alike a priori, and of nothing known, of weight ``nothing``."""
+    share = (1 - elsewhere) / max(1, len(likelihood))
+    weights = np.append(likelihood * share, nothing)
+    return np.asarray(weights / weights.sum())
 
 
 def _density(offsets: Array, covariance: Array, extra: float | Array) -> Array:

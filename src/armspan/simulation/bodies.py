@@ -17,6 +17,10 @@ FASTEST = 0.33 * math.sqrt(2.0)
 """The fastest that a robot can be told to move [m/s]: the wire's limit on both axes."""
 
 
+STALL, STALL_GRAMS, SLOWED = 0.051, 100.0, 0.25
+"""A weight of 100 g: the told speed [m/s] up to which it stalls a robot, and the share of all speeds that it takes."""
+
+
 @dataclass(frozen=True, slots=True)
 class Plant:
     """What lies between a robot's firmware and the world: motors, camera and radio.
@@ -44,7 +48,7 @@ class Plant:
 class Bodies:
     """n robots on the table: ``pose`` and ``velocity`` (3, n) in ``sheet`` [m, m, rad] and [m/s, m/s, rad/s].
 
-    ``lifted`` (n,) tells which are in somebody's hand.
+    ``lifted`` (n,) tells which are in somebody's hand; ``gain`` and ``dead_zone`` (n,) are each robot's own.
     """
 
     def __init__(self, xy: ArrayLike, heading: ArrayLike, plant: Plant, rng: np.random.Generator) -> None:
@@ -54,6 +58,8 @@ class Bodies:
         self.lifted: Mask = np.zeros(n, dtype=bool)
         low, high = plant.gain
         self.gain: Array = rng.uniform(low, high, size=(n,))
+        self._slowed: Array = np.ones(n)
+        self.dead_zone: Array = np.full(n, plant.dead_zone)
         self.discs = Discs(plant.radius, min(plant.saturation, FASTEST) * plant.frame)
         self._plant = plant
         self._keep = math.exp(-plant.frame / plant.lag) if plant.lag > 0 else 0.0
@@ -72,11 +78,27 @@ class Bodies:
         plant = self._plant
         speed = np.hypot(told[0], told[1])
         share = np.minimum(self.gain, plant.saturation / np.maximum(speed, 1e-9))
-        target: Array = told * (share * (speed >= plant.dead_zone))
+        target: Array = told * (share * (speed >= self.dead_zone))
         turn = told[2] * self.gain
         target[2] = np.minimum(np.maximum(turn, -plant.turn_saturation), plant.turn_saturation)
         target *= ~self.lifted
         return target
+
+    def nudge(self, robot: int, extra: ArrayLike, seconds: float) -> None:
+        """What a velocity ``extra`` (3,) [m/s, rad/s], told for part of a frame, adds to where a robot is."""
+        target = np.asarray(extra, dtype=float) * (self.gain[robot] * (not self.lifted[robot]))
+        lag = self._plant.lag
+        keep = math.exp(-seconds / lag) if lag > 0 else 0.0
+        self.pose[:, robot] += target * (seconds - lag * (1.0 - keep))
+        self.velocity[:, robot] += target * (1.0 - keep)
+
+    def load(self, robot: int, grams: float) -> None:
+        """Lay a weight on a robot: 100 g and it no longer starts at 50 mm/s, as EPFL's logs tell; slower is a guess."""
+        free, share = self._plant.dead_zone, grams / STALL_GRAMS
+        slowed = max(1.0 - SLOWED * share, 0.01)
+        self.dead_zone[robot] = free + (STALL - free) * share
+        self.gain[robot] *= slowed / self._slowed[robot]
+        self._slowed[robot] = slowed
 
     def lift(self, robot: int) -> None:
         """Take a robot off the table."""

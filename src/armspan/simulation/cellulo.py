@@ -6,12 +6,15 @@ rad/s; both in the pattern's frame (x right, y down, theta clockwise from above)
 since boot. Recorded from EPFL's firmware (chili-epfl/CelluloV2, motion.c, localization.c) in an emulator.
 """
 
+from collections.abc import Mapping
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from armspan.frames import Array
+from armspan.simulation.bezier import DONE, Follower
+from armspan.simulation.haptics import Backdrive, Vibration
 
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -48,17 +51,33 @@ def motors_from_velocity(velocity: ArrayLike, theta: ArrayLike) -> NDArray[np.in
     return motors
 
 
+def velocity_from_motors(motors: ArrayLike, theta: float) -> Array:
+    """The velocity (3,) [mm/s, rad/s] that wheels with a PWM (3,) turn for, at a heading [0.01 degree].
+
+    The inverse of `motors_from_velocity` where nothing was scaled down.
+    """
+    pwm = np.asarray(motors, dtype=float)
+    rolled = np.sign(pwm) * np.maximum(np.abs(pwm) - PWM_DEAD_ZONE, 0.0)
+    x, y, w = np.linalg.solve(WHEELS, rolled) / PWM_PER_VELOCITY[:, 0]
+    c, s = np.cos(np.radians(theta / 100)), np.sin(np.radians(theta / 100))
+    return np.array([c * x - s * y, s * x + c * y, w])
+
+
 class Motion:
     """The goals of n robots and what their motors are told, one step for each new valid camera frame.
 
     ``tracked`` (3, n) is the velocity that the goal asks for, ``driven`` (3, n) the one that the motors were
-    last told, haptics included. There is no time-out: a goal holds until the next one.
+    last told, haptics included, ``raw`` the wheels' PWM (3,) of robots that were told it since their last frame.
+    ``held`` (n,) tells whose hold is felt. There is no time-out: a goal holds until the next one.
     """
 
     def __init__(self, n: int) -> None:
         self.tracked: Array = np.zeros((3, n))
         self.driven: Array = np.zeros((3, n))
-        self.shake = Vibration(n)
+        self.shake, self.backdrive = Vibration(n), Backdrive(n)
+        self.raw: dict[int, NDArray[np.int64]] = {}
+        self.held: Mask = np.zeros(n, dtype=bool)
+        self._curves: dict[int, Follower] = {}
         self._goal: Array = np.zeros((3, n))
         self._limit: Array = np.zeros((2, n))
         self._controlled: Mask = np.zeros((3, n), dtype=bool)
@@ -71,6 +90,7 @@ class Motion:
     def track_velocity(self, robot: int, velocity: ArrayLike) -> None:
         """Follow a velocity (3,) [mm/s, mm/s, rad/s] as it is, without slew."""
         self._controlled[:, robot] = self._tracking[robot] = False
+        self._curves.pop(robot, None)
         self.tracked[:, robot] = velocity
 
     def track_pose(
@@ -88,6 +108,7 @@ class Motion:
         A coordinate that is not told is not driven. All three are the firmware's pose tracker, x and y its
         position tracker, theta its orientation tracker, and so on.
         """
+        self._curves.pop(robot, None)
         for axis, value in enumerate((x, y, theta)):
             self._controlled[axis, robot] = value is not None
             self._goal[axis, robot] = 0.0 if value is None else value
@@ -95,30 +116,65 @@ class Motion:
         self._limit[:, robot] = vmax, wmax
         self._tracking[robot], self._reached[robot] = self._controlled[:, robot].any(), False
 
+    def track_curve(self, robot: int, follower: Follower) -> None:
+        """Follow a chain of curves."""
+        self.track_velocity(robot, self.tracked[:, robot])
+        self._curves[robot] = follower
+
     def clear(self, robot: int) -> None:
         """Forget the goal and stop."""
         self.track_velocity(robot, (0.0, 0.0, 0.0))
 
     def block(self, robot: int, unheld: bool) -> None:
-        """Keep the motors off: the robot moves only while it is held, and nobody holds it."""
+        """Let the motors turn only while the robot is held."""
         self._unheld[robot] = unheld
+
+    def turn_wheels(self, robot: int, outputs: Mapping[int, int]) -> Array:
+        """Give wheels (0 to 2) a PWM until the next frame; the velocity (3,) [mm/s, rad/s] that the robot then has."""
+        pwm = self.motors()[:, robot]
+        for wheel, output in outputs.items():
+            pwm[wheel] = min(max(output, -PWM_TOP), PWM_TOP)
+        self.raw[robot] = pwm
+        return velocity_from_motors(pwm, float(self._theta[robot]))
 
     def motors(self) -> NDArray[np.int64]:
         """Signed PWM (3, n) that the wheels have now."""
-        return motors_from_velocity(self.driven, self._theta)
+        motors = motors_from_velocity(self.driven, self._theta)
+        for robot, pwm in self.raw.items():
+            motors[:, robot] = pwm
+        return motors
 
     def frame(self, now: float, pose: Array, fresh: Mask, kidnapped: Mask) -> Mask:
         """One camera frame: (n,) whether a goal was reached just now.
 
         ``fresh`` (n,) tells where the frame is new and valid; elsewhere the motors keep what they have.
         """
-        step = fresh & (now - self._framed < RESYNC_MS) & ~(kidnapped | self._unheld)
+        free = self._unheld & ~self.held
+        step = fresh & (now - self._framed < RESYNC_MS) & ~(kidnapped | free)
         self._framed[fresh] = now
         arrived = self._track(pose, step)
+        if self._curves:
+            arrived = arrived | self._follow(pose, step)
         driven = self.tracked + self.shake.frame(now, step, self.tracked) if self.shake.on else self.tracked
+        if self.backdrive.on:
+            driven = driven + self.backdrive.frame(now, pose, step, kidnapped, self.held)
         np.copyto(self.driven, driven, where=step)
         np.copyto(self._theta, pose[2], where=step)
-        self.driven[:, kidnapped | (self._unheld & fresh)] = 0.0
+        self.driven[:, kidnapped | (free & fresh)] = 0.0
+        if self.raw:
+            self.raw = {robot: pwm for robot, pwm in self.raw.items() if not (fresh[robot] or kidnapped[robot])}
+        return arrived
+
+    def _follow(self, pose: Array, step: Mask) -> Mask:
+        """Update ``tracked`` where a curve is followed; (n,) whether its end was reached just now."""
+        arrived: Mask = np.zeros_like(step)
+        for robot in [robot for robot in self._curves if step[robot]]:
+            follower, (x, y, theta) = self._curves[robot], pose[:, robot].tolist()
+            before = follower.state
+            wish = np.array(follower.wish((x * MM_PER_COUNT, y * MM_PER_COUNT), theta / 100))
+            change = np.clip(wish - self.tracked[:, robot], -SLEW[:, 0], SLEW[:, 0])
+            self.tracked[:, robot] += change
+            arrived[robot] = follower.state == DONE != before
         return arrived
 
     def _track(self, pose: Array, step: Mask) -> Mask:
@@ -146,45 +202,6 @@ def _limited(velocity: Array, limit: Array) -> Array:
     return velocity
 
 
-class Vibration:
-    """The simple vibration of n robots: a velocity added with a sign that flips each period.
-
-    Of the firmware's haptics only this one is here; vibrate-on-motion and the backdrive assists are not.
-    """
-
-    def __init__(self, n: int) -> None:
-        self.on = False
-        self._active: Mask = np.zeros(n, dtype=bool)
-        self._push: Array = np.zeros((3, n))
-        self._sign: Array = np.zeros((3, n))  # 0: to be chosen against the motion at the first frame
-        self._period, self._flipped, self._end = (np.zeros(n) for _ in range(3))
-
-    def start(self, now: float, robot: int, push: ArrayLike, period: float, duration: float) -> None:
-        """Vibrate by (3,) [mm/s, mm/s, rad/s], ``duration`` 0 for ever; a running one keeps its phase."""
-        if not self._active[robot]:
-            self._sign[:, robot], self._flipped[robot] = 0.0, now
-        self._push[:, robot], self._period[robot] = push, period
-        self._end[robot] = now + duration if duration > 0 else np.inf
-        self._active[robot] = self.on = True
-
-    def stop(self, robot: int) -> None:
-        """End the vibration."""
-        self._active[robot] = False
-        self.on = bool(self._active.any())
-
-    def frame(self, now: float, step: Mask, tracked: Array) -> Array:
-        """What is added (3, n) in this frame; the frame in which it ends is still shaken."""
-        self._sign[self._sign == 0.0] = np.where(tracked > 0, -1.0, 1.0)[self._sign == 0.0]
-        over = self._active & (now >= self._end)
-        flip = self._active & ~over & (now - self._flipped >= self._period)
-        self._sign[:, flip] *= -1.0
-        self._flipped[flip] = now
-        added = self._push * self._sign * (self._active & step)
-        self._active &= ~over
-        self.on = bool(self._active.any())
-        return added
-
-
 class Sighting(NamedTuple):
     """What the localisation of n robots has to tell after a frame, (n,) each."""
 
@@ -210,9 +227,10 @@ class Localisation:
         self._idled: Array = np.full(n, -np.inf)
         self._idle: Mask = np.zeros(n, dtype=bool)
 
-    def frame(self, now: float, pose: Array, valid: Mask) -> Sighting:
-        """One camera frame, ``valid`` (n,) where it was decoded."""
-        self._invalid = np.where(valid, 0.0, self._invalid + 1.0)
+    def frame(self, now: float, pose: Array, valid: Mask, missing: Mask | None = None) -> Sighting:
+        """One camera frame, ``valid`` (n,) where it was decoded, ``missing`` (n,) where there was none at all."""
+        invalid = np.where(valid, 0.0, self._invalid + 1.0)
+        self._invalid = invalid if missing is None else np.where(missing, self._invalid, invalid)
         returned = valid & self.kidnapped
         lifted = (self._invalid >= KIDNAP_FRAMES) & ~self.kidnapped
         self.kidnapped ^= returned | lifted

@@ -1,10 +1,10 @@
 """The six coloured lights of a Cellulo robot: effects 0 to 9, faded 100 times a second, 12 bits a colour.
 
-Recorded from EPFL's firmware (chili-epfl/CelluloV2, led.c) run in an emulator. Touch and hold responses are
-left out. Which corner is light 0, and which way they count, is unknown.
+Recorded from EPFL's firmware (chili-epfl/CelluloV2, led.c) run in an emulator; the responses to touch and hold are from
+its source. Which corner is light 0, and which way they count, is unknown.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from typing import TypeAlias
 
@@ -17,6 +17,8 @@ LEDS = 6
 TICKS_PER_SECOND = 100
 TOP = 4095
 BOOT = 0x600
+TOUCHED = 0x800
+HELD = (0, 128 * TOP // 255, 0)
 FADE, SLOW_FADE = 10, 25
 FLASH_TICKS = 30
 BLINK_TICKS_PER_VALUE = 2
@@ -71,6 +73,15 @@ class Lights:
         self._count, self._lit = 0, effect is not Effect.BREATHE
         self._begin(value)
 
+    def seen(self, touched: Iterable[int] = (), held: bool = False) -> Colours:
+        """The colours (6, 3) with the response to a hand: brighter where touched, green while held."""
+        if held:
+            return np.broadcast_to(np.array(HELD), (LEDS, 3)).copy()
+        colours = self.now.copy()
+        for led in touched:
+            colours[led] = np.minimum(colours[led] + TOUCHED, TOP)
+        return colours
+
     def advance(self, tick: int) -> None:
         """Run to the given tick, a hundredth of a second each."""
         while self._ticks < tick and not (self._steady and self._alert is None):
@@ -82,7 +93,7 @@ class Lights:
         match self._effect:
             case Effect.CONST_ALL:
                 self._goal[:] = self._colour
-            case Effect.CONST_SINGLE:
+            case Effect.CONST_SINGLE if value < LEDS:  # beyond, the robot writes somewhere else in its memory
                 self._goal[value] = self._colour
             case Effect.PROGRESS:
                 share = np.clip(LEDS * value / 255 - np.arange(LEDS), 0.0, 1.0)

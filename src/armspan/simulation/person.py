@@ -98,20 +98,22 @@ class VirtualPerson:
         # A minimum-jerk step is half done at half its time: so the aim is late by the lag.
         pointing.intent.move(step, t, 2.0 * self.person.feedback.lag)
 
-    def correct(self, t: float, offset: ArrayLike) -> None:
-        """Shift the aim, from ``t`` on, against a cursor seen ``offset`` (3,) [m] beside the target.
+    def correct(self, t: float, offset: ArrayLike) -> bool:
+        """Shift the aim, from ``t`` on, against a cursor seen ``offset`` (3,) [m] beside the target; was it done?
 
         ``t`` is when the eye has told the hand, about 0.2 s after the cursor was there. Whoever is still
         reaching, or has not yet seen what the last correction did, or finds the offset small, does nothing.
         """
         pointing, settled = self._staging.posture, self._staging.end + _SEEING
         if not isinstance(pointing, Pointing) or t < max(settled, self._corrected + _SUBMOVEMENT + _SEEING):
-            return
+            return False
         self._plan(t)
         step = self._correction(pointing.intent.goal[AIM], self._figure.offset_user(offset))
-        if step is not None:
-            self._corrected = t
-            pointing.intent.move(np.concatenate([step, np.zeros(INTENT - 3)]), t, _SUBMOVEMENT)
+        if step is None:
+            return False
+        self._corrected = t
+        pointing.intent.move(np.concatenate([step, np.zeros(INTENT - 3)]), t, _SUBMOVEMENT)
+        return True
 
     def pose(self, times: ArrayLike) -> Pose:
         """All joints in the room at ``times`` (m,) [s], twice continuously differentiable in time."""

@@ -14,7 +14,9 @@ import numpy as np
 from armspan.frames import polygon_middle
 from armspan.records import COMMANDS, Calibrated, Event, Press, Record, RobotState, Say, Selected, Tick, Vec2, Zone
 from armspan.simulation.bands import VirtualBand
+from armspan.simulation.beam import Beam
 from armspan.simulation.discs import IdealDiscs
+from armspan.simulation.dot import EYE_DELAY
 from armspan.simulation.gesture_script import Agenda
 from armspan.simulation.person import VirtualPerson
 from armspan.simulation.reading import Array, read_cursor
@@ -28,9 +30,6 @@ Spy: TypeAlias = Callable[[float, Array], None]
 TICK = 0.05
 SPIED = 5
 """How often in a tick the true places are told to a spy: every 10 ms."""
-
-EYE_DELAY = 0.2
-"""Seconds from a light to the hand's answer."""
 
 _BETWEEN = 0.65
 _FIRST = 1.35
@@ -65,6 +64,7 @@ class World:
         table_height: float = 0.75,
         light_height: float = 0.045,
         spy: Spy | None = None,
+        beam: Beam | None = None,
     ) -> None:
         self.person, self.bands, self.robots, self.script = person, list(bands), robots, script
         self.zones, self.table_height, self.light_height = dict(zones), table_height, light_height
@@ -80,6 +80,7 @@ class World:
         self.truth: Truth | None = None
         self._told = 0
         self._spy, self._spied = spy, 0
+        self._beam = beam
 
     @property
     def ended(self) -> bool:
@@ -117,6 +118,9 @@ class World:
             for band in self.bands:
                 for arrived, sample in band.advance(t, self.person):
                     self._post(arrived, sample)
+            if self._beam is not None:
+                for arrived, hit in self._beam.advance(t, self.person, self._light_of):
+                    self._post(arrived, hit)
         for press in presses:
             self._post(t, press)
         self._post(t, Tick(t))
@@ -155,7 +159,7 @@ class World:
             self._target = Target(thing if ":" in thing else f"robot:{thing}")
             self._last_seen = self._place(self._target)
             self._corrected = t + _FIRST - _BETWEEN
-            self.person.point(t, self._last_seen)
+            self.person.point(t, self._aimed(t, self.person, self._last_seen, anew=True))
 
     def _true_gestures(self, t: float) -> list[Press]:
         """Notes of what was truly performed: ``truth`` with its label when it began, with nothing when it ended.
@@ -178,11 +182,15 @@ class World:
     def _place(self, target: Target) -> Array:
         """Where in the room (3,) [m] a person points to mean a target: a robot's light, a zone's middle."""
         if target.kind == "robot":
-            xy, _, _ = self.robots.truth()
-            x, y = xy[self.robots.names.index(target.label)]
-            return np.array([x, -y, self.table_height + self.light_height])
+            return self._light_of(target.label)
         x, y = self.zones[target.label]
         return np.array([x, -y, self.table_height])
+
+    def _light_of(self, robot: str) -> Array:
+        """A robot's light (3,) [m] in the room."""
+        xy, _, _ = self.robots.truth()
+        x, y = xy[self.robots.names.index(robot)]
+        return np.array([x, -y, self.table_height + self.light_height])
 
     def _look(self, t: float) -> None:
         """What the eyes take in: the target when it moves, the lights when the person is to use them."""
@@ -195,10 +203,30 @@ class World:
             return
         here = self._place(self._target)
         if np.linalg.norm(here - self._last_seen) > 0.002:
-            self.person.track(t, here)
+            self.person.track(t, self._aimed(t, self.person, here))
             self._last_seen = here
-        elif self.script.phase is Phase.POINT and t - self._corrected >= _BETWEEN:
+        elif self._beam is None and self.script.phase is Phase.POINT and t - self._corrected >= _BETWEEN:
             self._correct(t, self.person, here)
+        if self._beam is not None:
+            self._steer(t, self.person, self._beam, here)
+
+    def _aimed(self, t: float, person: VirtualPerson, target: Array, *, anew: bool = False) -> Array:
+        """Where (3,) [m] the person aims at a target: beside it, where a beam is known to go beside the aim."""
+        if self._beam is None:
+            return target
+        if anew:
+            self._beam.dot.begin()
+        return self._beam.dot.shifted(person.pose(np.array([t])).eye[0], target)
+
+    def _steer(self, t: float, person: VirtualPerson, beam: Beam, target: Array) -> None:
+        """Bring the dot onto the target, whatever the robots' lights show."""
+        if t - self._corrected < _BETWEEN:
+            return
+        pose = person.pose(np.array([t]))
+        eye, beside = pose.eye[0], beam.dot.beside(pose.eye[0], pose.shoulder[0], target)
+        if person.correct(t, beside):
+            self._corrected = t
+            beam.dot.turn(eye, target, -person.person.feedback.gain * beside)
 
     def _correct(self, t: float, person: VirtualPerson, target_room: Array) -> None:
         xy, heading, _ = self.robots.truth()

@@ -6,9 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from armspan.records import Body, Calibrated, Record, Sheet, Zone
-from armspan.study.safety import SafetyWatch
+from armspan.study.safety import BODY, SafetyWatch
 from armspan.study.trials import TrialReader, TrialResult, summary
 from armspan.swarm.limits import Limits
+
+_MARGIN = 0.0015
+"""How much a room's ``body_radius_m`` is wider than a robot [m]: a small robot's own radius follows from it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +73,7 @@ def account(
 ) -> Account:
     """Read a whole session, in the order of its log."""
     trials = TrialReader(zones, body.eye_height_m, light_height)
-    safety = SafetyWatch(limits, sheet)
+    safety = SafetyWatch(limits, sheet, body=min(BODY, limits.body_radius_m - _MARGIN))
     calibration: Calibrated | None = None
     last = 0.0
     for record in records:

@@ -1,5 +1,6 @@
 import asyncio
 import contextlib
+import socket
 import time
 
 import numpy as np
@@ -9,6 +10,7 @@ from armspan.devices.cellulo import relay
 from armspan.devices.cellulo.driver import CelluloRelay
 from armspan.devices.cellulo.emulator import Emulator, addresses
 from armspan.devices.cellulo.firmware import Faults, Firmware
+from armspan.devices.cellulo.flock import Traits
 from armspan.devices.cellulo.wire import EVENTS
 from armspan.errors import ConfigError, DeviceError, DeviceNotFound
 from armspan.records import Drive, GoTo, Light, Link, Press, RobotState, Sheet, Stop
@@ -195,7 +197,7 @@ def test_a_relay_that_comes_late_and_goes_and_comes_again():
     async def scene():
         async with emulated() as emulator:
             port = emulator.port
-        async with Host(port, retry_s=0.2) as host:
+        async with Host(port, retry_s=0.2, patience_s=9.0) as host:
             await host.until(lambda: host.links() == [False])
             for met in (1, 2):
                 firmware = Firmware(XY, np.zeros(2), Sheet(0.8, 0.6), np.random.default_rng(0))
@@ -205,6 +207,70 @@ def test_a_relay_that_comes_late_and_goes_and_comes_again():
                 task.cancel()
                 await asyncio.gather(task, return_exceptions=True)
                 await host.until(lambda met=met: host.links() == [False] + [True, False] * met)
+
+    run(scene)
+
+
+def test_a_relay_that_is_not_there_is_told_at_once():
+    async def scene():
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        began = now()
+        with pytest.raises(DeviceNotFound, match=f"the relay at 127.0.0.1:{port} was not heard .*refused"):
+            await anext(CelluloRelay({"ash": ASH}, port=port).source())
+        assert now() - began < 0.1
+
+    run(scene)
+
+
+def test_a_robot_that_is_connected_and_never_answers():
+    async def scene():
+        pool = Pool()
+        server = await asyncio.start_server(pool.take, "127.0.0.1", 0)
+        async with server:
+            source = CelluloRelay({"ash": ASH, "elm": ELM}, port=server.sockets[0].getsockname()[1], now=now).source()
+            waiting = asyncio.ensure_future(anext(source))
+            while not pool.heard:
+                await asyncio.sleep(0.01)
+            pool.writer.write(pool.stream.status(ASH, relay.CONNECTED))
+            assert await waiting == Link(pytest.approx(now()), "ash", True)
+            began = now()
+            assert (await anext(source)).up is False
+            with pytest.raises(DeviceError, match="robot 'ash' is connected and answers nothing, not even a ping"):
+                await anext(source)
+            assert now() - began == pytest.approx(3.0, abs=0.3)
+            assert [packet for mac, packet in pool.heard].count("0150") >= 2
+
+    run(scene)
+
+
+def test_a_robot_that_never_answers_later_on_is_only_lost(monkeypatch):
+    monkeypatch.setattr("armspan.devices.cellulo.flock.OPENING_S", 2.0)
+
+    async def scene():
+        pool = Pool()
+        server = await asyncio.start_server(pool.take, "127.0.0.1", 0)
+        async with server, Host(server.sockets[0].getsockname()[1]) as host:
+            await host.until(lambda: pool.writer is not None)
+            pool.writer.write(pool.stream.status(ASH, relay.CONNECTED))
+            await host.until(lambda: host.links() == [True, False])
+            await asyncio.sleep(1.0)
+            assert not host._ears.done()
+
+    run(scene)
+
+
+def test_a_robot_is_asked_for_by_its_adapter():
+    async def scene():
+        pool = Pool()
+        server = await asyncio.start_server(pool.take, "127.0.0.1", 0)
+        traits = {"elm": Traits(adapter="00:1A:7D:DA:71:13")}
+        async with server, Host(server.sockets[0].getsockname()[1], traits=traits) as host:
+            await host.until(lambda: len(pool.heard) >= 4)
+            assert (ASH, "012102000000000000") in pool.heard
+            assert (ELM, "012102001a7dda7113") in pool.heard
+            assert host.swarm.names == ("ash", "elm")
 
     run(scene)
 

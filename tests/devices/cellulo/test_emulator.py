@@ -3,10 +3,15 @@ import asyncio
 import contextlib
 import io
 import json
+import os
+import select
 import signal
 import socket
 import subprocess
 import sys
+import termios
+import time
+import tty
 
 import numpy as np
 import pytest
@@ -276,6 +281,9 @@ def test_the_verb_says_where_it_listens_and_ends_cleanly(number, tmp_path):
         (("--drop", "2"), "'2' is not a share from 0 to 1"),
         (("--robots", "1.5"), "'1.5' is not a number of robots from 1 to 200"),
         (("--latency-ms", "-1"), "'-1' is not a latency in milliseconds from 0 to 5000"),
+        (("--fault", "flood@1"), "'flood@1' is no trouble; expected KIND[:ROBOT]@START"),
+        (("--pty", "--port", "1"), "not allowed with argument"),
+        (("--generation", "v9"), "invalid choice: 'v9'"),
     ],
 )
 def test_options_that_cannot_be(options, words, capsys):
@@ -283,6 +291,60 @@ def test_options_that_cannot_be(options, words, capsys):
         parsed(*options)
     assert ended.value.code == 2
     assert words in capsys.readouterr().err
+
+
+def test_each_robot_on_a_pseudo_terminal(tmp_path):
+    process = emulate("--pty", "--robots", "2", "--fault", "silence:r2@0.01+60", "--latency-ms", "1")
+    told = [process.stdout.readline().split() for _ in range(2)]
+    assert [(name, on, path[:9]) for name, on, path in told] == [("r1", "on", "/dev/pts/"), ("r2", "on", "/dev/pts/")]
+    lines = [open_raw(path) for _, _, path in told]
+    time.sleep(0.3)
+    for line in lines:
+        os.write(line, COMMANDS.encode("ping"))
+    heard = b""
+    while b"\x01A" not in heard:
+        heard += os.read(lines[0], 999)
+    termios.tcflush(lines[1], termios.TCIFLUSH)
+    time.sleep(0.2)
+    assert not select.select([lines[1]], [], [], 0)[0]
+    process.send_signal(signal.SIGTERM)
+    out, err = process.communicate(timeout=5)
+    for line in lines:
+        os.close(line)
+    assert (process.returncode, out, err) == (0, "", "")
+
+
+def open_raw(path):
+    line = os.open(path, os.O_RDWR | os.O_NOCTTY)
+    tty.setraw(line)
+    return line
+
+
+def test_trouble_of_a_robot_that_is_not_there():
+    args = parsed("--fault", "load:r9@1", "--robots", "2")
+    with pytest.raises(ConfigError, match="robot 'r9' does not exist; there are: r1, r2"):
+        args.run(args)
+
+
+def test_robots_that_live_by_somebody_elses_clock():
+    async def whole():
+        firmware = Firmware(places(1, Sheet(0.8, 0.4)), np.zeros(1), Sheet(0.8, 0.4), np.random.default_rng(0))
+        clock = [0.0]
+        emulator = Emulator(firmware, {ASH: "ash"}, now=lambda: clock[0])
+        async with emulator.listening() as port:
+            peer = Peer(*await asyncio.open_connection("127.0.0.1", port))
+            peer.say(ASH, "setGoalVelocity", vx_mm_s=100, vy_mm_s=0, w_rad_s=0)
+            await peer.listen(0.3)
+            assert firmware.truth().xy[0, 0] == pytest.approx(0.4)
+            for k in range(100):
+                clock[0] = k / 100
+                emulator.catch_up()
+            await peer.listen(0.3)
+            assert firmware.truth().xy[0, 0] > 0.43
+            assert peer.names(ASH).count("poseChanged") >= 8
+            peer.writer.close()
+
+    play(whole)
 
 
 def test_more_robots_than_fit():

@@ -164,9 +164,16 @@ def test_a_reset_robot_is_deaf_then_tells_that_it_is_there_with_the_settings_of_
 
 def test_a_robot_that_was_shut_down_is_silent():
     firmware = robots()
+    say(firmware, 0.0, "setGoalVelocity", vx_mm_s=50, vy_mm_s=0, w_rad_s=0)
     say(firmware, 0.2, "shutdown")
-    assert max(ms for ms, _ in told(firmware, 1.0)) < 250
+    firmware.advance(0.25)
+    assert not firmware.bodies.velocity.any()
+    assert not firmware.asleep(0)  # its lights fade first: 0x600 loses a tenth in 10 ms, then one by one
+    heard = told(firmware, 2.0)
+    assert "shuttingDown" not in names(heard)
+    assert max(ms for ms, _ in heard) == pytest.approx(750, abs=120)
     assert firmware.asleep(0)
+    assert not firmware.lights(2.0).any()
 
 
 def test_lights_and_vibration_and_hold_mode():

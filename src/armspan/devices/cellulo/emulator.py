@@ -1,4 +1,4 @@
-"""Emulated Cellulo robots behind EPFL's relay on a TCP port: real bytes in and out, in real time.
+"""Emulated Cellulo robots behind doors: real bytes in and out, in real time or as somebody else's clock tells.
 
 The robots go on when the host is gone, as real ones do: whether they come to rest is the host's affair. What
 they really did goes to a truth log, lines of JSON: first ``monotonic`` [s], the system's clock at t = 0, then
@@ -8,25 +8,42 @@ name to [x, y, speed] [m, m, m/s].
 
 import asyncio
 import time
-from collections.abc import Callable, Mapping
-from typing import TextIO
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager
+from typing import Protocol, TextIO
 
 import msgspec
 import numpy as np
 
-from armspan.devices.cellulo import relay
+from armspan.devices.cellulo.doors import PtyDoor, RelayDoor
+from armspan.devices.cellulo.faults import ASIDE_S, LOAD_G, Trouble
 from armspan.devices.cellulo.firmware import Firmware
-from armspan.errors import ConfigError, DeviceError
+from armspan.errors import ConfigError, DeviceError, known_names
 from armspan.records import Sheet, Vec2
 
 STEP = 0.010
 """Seconds between two looks at the clock."""
 TRUTH_STEPS = 2
 LEAST_SPACING = 0.1
-BACKLOG = 1 << 16
-"""Bytes that may wait for a host that does not read; what comes then is lost, as on a radio."""
 OUTAGE = 3.0
-ASIDE = 2.0
+ASIDE = ASIDE_S
+
+
+class Door(Protocol):
+    """Where hosts come in."""
+
+    @property
+    def host(self) -> bool:
+        """Whether one is there."""
+
+    def tell(self, robot: int, packet: bytes) -> None:
+        """Bring a host what a robot told."""
+
+    def linked(self, robot: int, up: bool) -> None:
+        """A robot's radio link came or went."""
+
+    def tend(self, now: float) -> None:
+        """Do what is due."""
 
 
 def addresses(n: int) -> tuple[str, ...]:
@@ -52,10 +69,15 @@ def places(n: int, sheet: Sheet) -> tuple[Vec2, ...]:
 
 
 class Emulator:
-    """A relay for the robots of a `Firmware`, one client at a time.
+    """The robots of a `Firmware`, and the air between them and the doors.
 
     ``robots`` are their addresses and names in the firmware's order. ``outage_at`` [s] is when their radio
-    links break, for three seconds; ``kidnap_at`` [s] when the first robot is lifted, for two.
+    links break, for three seconds; ``kidnap_at`` [s] when the first robot is lifted, for two; ``troubles`` are more.
+    ``now`` is whose clock they live by [s], their own by default, which begins with `serve` or `listening`.
+
+    Raises:
+        ConfigError: for trouble of a robot that does not exist.
+
     """
 
     def __init__(
@@ -65,90 +87,165 @@ class Emulator:
         truth: TextIO | None = None,
         outage_at: float | None = None,
         kidnap_at: float | None = None,
+        troubles: Sequence[Trouble] = (),
+        now: Callable[[], float] | None = None,
     ) -> None:
         self.firmware, self.macs, self.names = firmware, tuple(robots), tuple(robots.values())
-        self._number = {mac: k for k, mac in enumerate(self.macs)}
-        self._truth, self._outage_at, self._kidnap_at = truth, outage_at, kidnap_at
-        self._client: _Client | None = None
+        self.doors: list[Door] = []
+        self._truth = truth
+        self._troubles = list(troubles)
+        if outage_at is not None:
+            self._troubles.append(Trouble("link-loss", outage_at, OUTAGE))
+        if kidnap_at is not None:
+            self._troubles.append(Trouble("kidnap", kidnap_at, ASIDE, self.names[0]))
+        for trouble in self._troubles:
+            if trouble.robot is not None and trouble.robot not in self.names:
+                raise ConfigError(known_names("robot", trouble.robot, self.names))
+        self._broken, self._hushed = ([False] * len(self.macs) for _ in range(2))
         self._up = [True] * len(self.macs)
-        self._known: set[int] = set()
-        self._start, self._steps, self._heard = time.monotonic(), 0, 0.0
+        self._whose = now
+        self._start, self._steps, self.heard = time.monotonic(), 0, 0.0
 
     @property
     def now(self) -> float:
         """Seconds since the robots were switched on."""
-        return time.monotonic() - self._start
+        return self._whose() if self._whose is not None else time.monotonic() - self._start
+
+    # --- doors -----------------------------------------------------------------------------------------
 
     async def serve(self, port: int, told: Callable[[int], None], host: str = "127.0.0.1") -> None:
-        """Listen, tell the port, and let the robots live until cancelled.
+        """Listen as EPFL's relay, tell the port, and let the robots live until cancelled.
 
         Raises:
             DeviceError: where the port cannot be had.
 
         """
+        async with self.listening(port, host) as at:
+            told(at)
+            await self.live()
+
+    @asynccontextmanager
+    async def listening(self, port: int = 0, host: str = "127.0.0.1") -> AsyncIterator[int]:
+        """Listen as EPFL's relay; the port. Whoever opens it lets the robots live: `live`, `catch_up` or `advance`.
+
+        Raises:
+            DeviceError: where the port cannot be had.
+
+        """
+        door = RelayDoor(self)
         try:
-            server = await asyncio.start_server(self._serve_client, host, port)
+            server = await asyncio.start_server(door.serve, host, port)
         except OSError as error:
             why = error.strerror or error
             raise DeviceError(f"port {port} cannot be listened on: {why}; try another --port, 0 for any") from None
         async with server:
+            self.begin()
+            self.doors.append(door)
+            try:
+                yield server.sockets[0].getsockname()[1]
+            finally:
+                self.doors.remove(door)
+                await door.close()
+
+    @asynccontextmanager
+    async def on_ptys(self) -> AsyncIterator[tuple[str, ...]]:
+        """Give each robot a pseudo-terminal, as a radio bound to a serial port; their paths.
+
+        Raises:
+            DeviceError: where the system has none.
+
+        """
+        door = PtyDoor(self, len(self.macs))
+        self.begin()
+        self.doors.append(door)
+        try:
+            yield door.paths
+        finally:
+            self.doors.remove(door)
+            await door.close()
+
+    def begin(self) -> None:
+        """Start the robots' clock, unless they live already."""
+        if self._steps == 0 and not self.doors:
             self._start = time.monotonic()
             self._log({"monotonic": self._start, "robots": self.names})
-            told(server.sockets[0].getsockname()[1])
-            try:
-                while True:
-                    self.catch_up()
-                    await asyncio.sleep(STEP)
-            finally:
-                if self._client is not None:
-                    await self._client.drop()
+
+    # --- life ------------------------------------------------------------------------------------------
+
+    async def live(self) -> None:
+        """Let the robots live until cancelled."""
+        while True:
+            self.catch_up()
+            await asyncio.sleep(STEP)
 
     def catch_up(self) -> None:
         """Bring the robots up to the clock."""
-        now = self.now
-        while (self._steps + 1) * STEP <= now:
+        self.advance(self.now)
+
+    def advance(self, now: float) -> None:
+        """Bring the robots up to a time [s]."""
+        while (self._steps + 1) * STEP <= now + 1e-9:
             self._steps += 1
             self._step(self._steps * STEP)
-        client = self._client
-        if client is not None:
-            client.send(client.stream.beat(now))
-            if client.stream.silent(now):
-                client.writer.transport.abort()
+        for door in self.doors:
+            door.tend(now)
 
     def _step(self, t: float) -> None:
-        self._go_wrong(t)
+        for trouble in self._troubles:
+            begins, ends = trouble.turns(t - STEP, t)
+            for robot in self._meant(trouble.robot) if begins or ends else ():
+                self._go_wrong(t, trouble, robot, begins)
         for robot, packet in self.firmware.advance(t):
-            if self._up[robot] and robot in self._known and self._client is not None:
-                self._client.send(self._client.stream.pack(self.macs[robot], packet))
+            if self._up[robot] and not self._hushed[robot]:
+                for door in self.doors:
+                    door.tell(robot, packet)
         for robot in range(len(self.macs)):
-            if self._up[robot] and self.firmware.asleep(robot):
-                self._link(robot, False)
+            self._link(robot, not (self._broken[robot] or self.firmware.asleep(robot)))
         if self._steps % TRUTH_STEPS == 0:
-            host = self._client is not None
-            self._log({"t": round(t, 3), "heard": round(self._heard, 4), "host": host, "robots": self._places()})
+            host = any(door.host for door in self.doors)
+            self._log({"t": round(t, 3), "heard": round(self.heard, 4), "host": host, "robots": self._places()})
 
-    def _go_wrong(self, t: float) -> None:
-        if self._outage_at is not None and abs(t - self._outage_at) <= STEP / 2:
-            self._link_all(False)
-        if self._outage_at is not None and abs(t - self._outage_at - OUTAGE) <= STEP / 2:
-            self._link_all(True)
-        if self._kidnap_at is not None and abs(t - self._kidnap_at) <= STEP / 2:
-            x, y, heading = self.firmware.bodies.pose[:, 0].tolist()
-            self.firmware.lift(t, 0)
-            self.firmware.put_down(t + ASIDE, 0, (x, y), heading)
+    def _meant(self, name: str | None) -> range | tuple[int]:
+        return range(len(self.names)) if name is None else (self.names.index(name),)
 
-    def _link_all(self, up: bool) -> None:
-        for robot in range(len(self.macs)):
-            self._link(robot, up and not self.firmware.asleep(robot))
+    def _go_wrong(self, t: float, trouble: Trouble, robot: int, begins: bool) -> None:
+        """Let a trouble begin, or end."""
+        match trouble.kind:
+            case "link-loss":
+                self._broken[robot] = begins
+            case "silence":
+                self._hushed[robot] = begins
+            case "load":
+                self.firmware.load(t, robot, LOAD_G if begins else 0.0)
+            case "blind" if begins:
+                self.firmware.blind(t, robot, trouble.seconds)
+            case "kidnap" if begins:
+                x, y, heading = self.firmware.bodies.pose[:, robot].tolist()
+                self.firmware.lift(t, robot)
+                self.firmware.put_down(t + trouble.seconds, robot, (x, y), heading)
+
+    # --- the air ---------------------------------------------------------------------------------------
+
+    def up(self, robot: int) -> bool:
+        """Whether a robot's radio link is there."""
+        return self._up[robot]
+
+    def hear(self, robot: int, data: bytes) -> None:
+        """Bring a robot what a host sent, if its link is there."""
+        if self._up[robot] and not self._hushed[robot]:
+            self.heard = self.now
+            self.firmware.feed(self.heard, robot, data)
 
     def _link(self, robot: int, up: bool) -> None:
+        if up is self._up[robot]:
+            return
         self._up[robot] = up
-        if self._client is not None and robot in self._known:
-            self._announce(self._client, robot)
+        if up:
+            self.firmware.met(robot)
+        for door in self.doors:
+            door.linked(robot, up)
 
-    def _announce(self, client: "_Client", robot: int) -> None:
-        status = relay.CONNECTED if self._up[robot] else relay.CONNECTING
-        client.send(client.stream.status(self.macs[robot], status))
+    # --- the truth -------------------------------------------------------------------------------------
 
     def _places(self) -> dict[str, tuple[float, float, float]]:
         bodies = self.firmware.bodies
@@ -162,62 +259,3 @@ class Emulator:
         if self._truth is not None:
             self._truth.write(msgspec.json.encode(line).decode() + "\n")
             self._truth.flush()
-
-    # --- the client ------------------------------------------------------------------------------------
-
-    async def _serve_client(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        if self._client is not None:  # one client only, as EPFL's
-            writer.close()
-            return
-        client = self._client = _Client(relay.server_side(self.now), writer)
-        for robot in sorted(self._known):
-            self._announce(client, robot)
-        try:
-            while data := await reader.read(4096):
-                for mac, packet in client.stream.feed(data, self.now):
-                    self._take(client, mac, packet)
-        except ConnectionError:
-            pass  # a host that was killed: its robots go on
-        finally:
-            self._client = None
-            client.gone.set()
-            writer.close()
-
-    def _take(self, client: "_Client", mac: str, packet: bytes) -> None:
-        """A robot's packet, or a wish about its connection; an address that no robot has is never found."""
-        robot = self._number.get(mac)
-        if robot is None:
-            if packet[1] == relay.STATUS:
-                client.send(client.stream.status(mac, relay.CONNECTING))
-            return
-        if packet[1] == relay.STATUS:
-            if packet[2] == relay.DISCONNECTED:
-                self._known.discard(robot)
-                client.send(client.stream.status(mac, relay.DISCONNECTED))
-            else:
-                self._known.add(robot)
-                self._announce(client, robot)
-            return
-        self._known.add(robot)
-        if self._up[robot]:
-            self._heard = self.now
-            self.firmware.feed(self._heard, robot, packet)
-
-
-class _Client:
-    """The host on the other end."""
-
-    def __init__(self, stream: relay.Stream, writer: asyncio.StreamWriter) -> None:
-        self.stream, self.writer = stream, writer
-        self.gone = asyncio.Event()
-
-    def send(self, data: bytes) -> None:
-        """Send if it is not too far behind."""
-        if data and self.writer.transport.get_write_buffer_size() < BACKLOG:
-            self.writer.write(data)
-
-    async def drop(self) -> None:
-        """Break the connection, and wait until nobody listens to it any more."""
-        self.writer.transport.abort()
-        await self.gone.wait()
-        await asyncio.sleep(0)

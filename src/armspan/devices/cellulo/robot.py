@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from armspan.clock import DeviceClock
+from armspan.devices.cellulo.ring import Ring
+from armspan.devices.cellulo.track import Track
 from armspan.devices.cellulo.wire import COMMANDS, Packet
 from armspan.errors import DeviceError
 from armspan.records import Command, Drive, Event, GoTo, Haptic, Light, Link, RobotState, Stop, Touch, Vec2, is_finite
@@ -18,14 +20,16 @@ BROADCAST_MS = 20
 STOPS = (0.0, 0.03, 0.06)
 """Seconds after a stop at which it is sent."""
 PING_S, LOST_S, ASK_AGAIN_S = 1.0, 3.0, 2.0
+KEEP_ALIVE_S = 4.0
+"""Without anything sent to a robot that is there, it is pinged, as EPFL's client does."""
 TURN_RAD_S = 7.5
 """EPFL's recommended limit, for goals with a heading."""
 SHAKE_MM_S, SHAKE_MS = 60.0, 20.0
 """A haptic at full strength."""
 BATTERY = {0: 0.5, 1: 0.02, 2: 0.5, 3: 1.0}
 """Shares, roughly: the robot tells no more than discharging, low, charging, charged."""
-JUMP_M, FASTEST_M_S, CLOCK_S = 0.05, 1.5, 2.0
-TICKS = 1 << 32
+MODULE_ESCAPE = 0x24
+"""Three of them in a row at the start of a write would have the radio module itself listen."""
 
 CLEAR = COMMANDS.encode("clearTracking")
 PING = COMMANDS.encode("ping")
@@ -53,13 +57,17 @@ class Placement:
 
 
 class Outbox:
-    """What waits for one robot: stops first, then the latest motion, then lights and the rest; late motions never."""
+    """What waits for one robot: stops first, then the latest motion, then lights and the rest; late motions never.
+
+    ``wrote`` [s] is when something was last due.
+    """
 
     def __init__(self) -> None:
         self._stops: list[float] = []
         self._motion: tuple[bytes, float] | None = None
         self._lease: float | None = None
         self._rest: dict[object, bytes] = {}
+        self.wrote = -math.inf
 
     def stop(self, now: float) -> None:
         """Clear tracking now and twice again; a motion that waits is void."""
@@ -78,7 +86,8 @@ class Outbox:
 
     def due(self, now: float) -> list[bytes]:
         """What is to be written now, in order."""
-        if self._lease is not None and now >= self._lease:
+        renewed = self._motion is not None and now < self._motion[1]
+        if self._lease is not None and now >= self._lease and not renewed:
             self.stop(now)
         packets = [CLEAR] if self._stops and self._stops[0] <= now else []
         self._stops = [at for at in self._stops if at > now]
@@ -88,6 +97,8 @@ class Outbox:
         self._motion = None
         packets += self._rest.values()
         self._rest.clear()
+        if packets:
+            self.wrote = now
         return packets
 
     def wake(self) -> float:
@@ -97,62 +108,26 @@ class Outbox:
 
 
 @dataclass(slots=True)
-class Track:
-    """Which poses can be: one that jumps is refused until another one agrees with it."""
-
-    refused: int = 0
-    _last: tuple[float, Vec2, int | None] | None = None
-    _odd: tuple[float, Vec2, int | None] | None = None
-
-    def forget(self) -> None:
-        """The robot was lifted or started again: the next pose is where it is."""
-        self._last = self._odd = None
-
-    def takes(self, arrived: float, xy: Vec2, ticks: int | None) -> bool:
-        """Whether a pose [m] with its time stamp [ms], arrived at [s], is believed."""
-        pose = arrived, xy, ticks
-        if self._last is None or _agree(self._last, pose) or (self._odd is not None and _agree(self._odd, pose)):
-            self._last, self._odd = pose, None
-            return True
-        self._odd = pose
-        self.refused += 1
-        return False
-
-    def clock_jumped(self, arrived: float, ticks: int) -> bool:
-        """Whether the robot's clock is another one than at the last pose."""
-        return self._last is not None and not _clocks_agree(self._last, (arrived, (0.0, 0.0), ticks))
-
-
-def _agree(before: tuple[float, Vec2, int | None], after: tuple[float, Vec2, int | None]) -> bool:
-    seconds = after[0] - before[0]
-    if before[2] is not None and after[2] is not None:
-        seconds = max(seconds, (after[2] - before[2]) / 1000)  # packets that were held up come in one burst
-    near = math.dist(before[1], after[1]) <= JUMP_M + FASTEST_M_S * max(seconds, 0.0)
-    return near and _clocks_agree(before, after)
-
-
-def _clocks_agree(before: tuple[float, Vec2, int | None], after: tuple[float, Vec2, int | None]) -> bool:
-    if before[2] is None or after[2] is None:
-        return True
-    ticked = ((after[2] - before[2] + TICKS // 2) % TICKS - TICKS // 2) / 1000
-    return abs(ticked - (after[0] - before[0])) <= CLOCK_S
-
-
-@dataclass(slots=True)
 class Robot:
-    """One robot as its host knows it; ``up`` is None until its link is known."""
+    """One robot as its host knows it; ``up`` is None until its link is known.
+
+    ``heard`` [s] is when it last told anything, or its link came; ``mute`` that its link came and nothing else ever.
+    """
 
     name: str
     placement: Placement
+    ring: Ring = field(default_factory=Ring)
     up: bool | None = None
+    heard: float = -math.inf
+    mute: bool = False
     outbox: Outbox = field(default_factory=Outbox)
     track: Track = field(default_factory=Track)
     _clock: DeviceClock = field(default_factory=lambda: DeviceClock(0.001, bits=32))
     _state: RobotState | None = None
     _battery: float | None = None
     _asked: float = -math.inf
-    _heard: float = -math.inf
     _pinged: float = -math.inf
+    _met: bool = False
 
     # --- from the robot --------------------------------------------------------------------------------
 
@@ -160,7 +135,7 @@ class Robot:
         """Its link came or went: told where that is news; who comes is stopped and set up before anything else."""
         news = up is not self.up
         self.up = up
-        self._heard = now
+        self.heard = now
         if not up:
             self.outbox = Outbox()
         elif news:
@@ -171,28 +146,37 @@ class Robot:
 
     def watch(self, now: float) -> list[Event]:
         """Ask a silent robot whether it is there; one that does not answer is lost until it is heard again."""
+        if self.up is None:
+            return []
+        if now - self.heard >= PING_S or now - self.outbox.wrote >= KEEP_ALIVE_S:
+            self.knock(now)
         if not self.up:
             return []
-        if now - self._heard >= LOST_S:
+        if now - self.heard >= LOST_S:
+            self.mute = not self._met
             return self.linked(now, False)
-        if now - self._heard >= PING_S and now - self._pinged >= PING_S:
-            self._pinged = now
-            self.outbox.put("ping", PING)
         if self._battery is None and now - self._asked >= ASK_AGAIN_S:
             self._set_up(now)
         return []
 
+    def knock(self, now: float) -> None:
+        """Ask whether it is there, once a second at most."""
+        if now - self._pinged >= PING_S:
+            self._pinged = now
+            self.outbox.put("ping", PING)
+
     def hear(self, packet: Packet, arrived: float) -> list[Event]:
         """What a packet tells, arrived at session time [s]."""
+        self._met = True
         events = self.linked(arrived, True) if not self.up else []
-        self._heard = arrived
+        self.heard = arrived
         match packet.name:
             case "poseChangedTimestamped" | "poseChanged":
                 events += self._pose(packet, arrived)
             case "kidnapChanged":
                 events += self._kidnap(bool(packet.args["kidnapped"]), arrived)
             case "touchBegan" | "longTouch" | "touchReleased":
-                events.append(_touch(self.name, packet, arrived))
+                events.append(_touch(self.name, self.ring, packet, arrived))
             case "batteryStateChanged":
                 self._battery = BATTERY.get(_whole(packet, "state"))
             case "lowBattery":
@@ -263,7 +247,7 @@ class Robot:
                     "send GoTo, a short way ahead"
                 )
             case Light() | Haptic():
-                slot, packet = _sign(command)
+                slot, packet = _sign(command, self.ring)
                 if self.up:
                     self.outbox.put(slot, packet)
 
@@ -278,11 +262,13 @@ class Robot:
         )
 
 
-def _sign(command: Light | Haptic) -> tuple[object, bytes]:
+def _sign(command: Light | Haptic, ring: Ring) -> tuple[object, bytes]:
     """The slot and the bytes of a light or a vibration."""
     if isinstance(command, Light):
         red, green, blue = command.colour
-        effect, value = (0, 0) if command.led is None else (1, command.led)
+        if red == green == blue == MODULE_ESCAPE:
+            blue += 1
+        effect, value = (0, 0) if command.led is None else (1, ring.robots_own(command.led))
         args = {"effect": effect, "red": red, "green": green, "blue": blue, "value": value}
         return ("light", command.led), COMMANDS.encode("setVisualEffect", **args)
     push = SHAKE_MM_S * min(command.strength, 1.0)
@@ -296,6 +282,6 @@ def _whole(packet: Packet, key: str) -> int:
     return value if isinstance(value, int) else 0
 
 
-def _touch(name: str, packet: Packet, arrived: float) -> Touch:
+def _touch(name: str, ring: Ring, packet: Packet, arrived: float) -> Touch:
     kinds: dict[str, Literal["began", "long"]] = {"touchBegan": "began", "longTouch": "long"}
-    return Touch(arrived, name, _whole(packet, "key"), kinds.get(packet.name, "released"))
+    return Touch(arrived, name, ring.armspans(_whole(packet, "key")), kinds.get(packet.name, "released"))

@@ -1,0 +1,1 @@
+"""Phones and watches as bands: Sensor Logger, SensorServer, and a page of our own."""

@@ -1,0 +1,1 @@
+"""Sony toio core cubes over Bluetooth LE: the bytes, a robot's core, the driver, and an emulated cube."""
