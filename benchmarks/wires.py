@@ -14,8 +14,8 @@ from collections import defaultdict
 import numpy as np
 
 from armspan.config.demo_room import demo_room
-from armspan.config.emulated import RADIO, Emulation
-from armspan.config.house import open_house
+from armspan.config.emulated import RADIO
+from armspan.config.house import open_emulated
 from armspan.devices.cellulo.driver import CelluloRelay
 from armspan.devices.cellulo.faults import Trouble
 from armspan.links.waves import LinkFaults
@@ -199,7 +199,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
     room = demo_room(args.seed, bands=2, trials=1)
-    house = open_house(room)
+    house = open_emulated(room, "metawear", "cellulo")
     house.world.script = Script((), start=math.inf)  # nobody asks the person for anything: they stand, breathe, sway
     names = [robot.name for robot in room.robots]
     troubles = [Trouble("link-loss", 10.0 + 7.0 * k, 3.0, name, 29.0) for k, name in enumerate(names)]
@@ -209,7 +209,8 @@ def main():
         burst_s=RADIO.burst_s,
         breaks_per_minute=args.breaks,
     )
-    emulation = house.emulation = Emulation(house.world, room, "metawear", "cellulo", faults, troubles, args.profile)
+    emulation = house.emulation
+    emulation.faults, emulation.troubles, emulation.profile = faults, tuple(troubles), args.profile
     watch = Watch(house, emulation)
     write = CelluloRelay._write
 

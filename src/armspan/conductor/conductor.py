@@ -82,8 +82,8 @@ class Conductor:
                 return self._feel(event)
             case Tick():
                 return self._tick(event.t)
-            case RobotState():
-                return self._steering.robot(event)
+            case RobotState():  # robots speak more often than the clock ticks: a silent band is noticed earlier
+                return [*self._listen(event.t), *self._steering.robot(event)]
             case Tap():
                 return self._tap(event)
             case Press():

@@ -12,10 +12,12 @@ from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import Literal, TypeAlias
 
+import msgspec
 import numpy as np
 
+from armspan.conductor import BandSettings
 from armspan.config.doors import Doors
-from armspan.config.room_file import RoomFile, SimulatedRobot
+from armspan.config.room_file import BandEntry, RoomFile, SimulatedRobot
 from armspan.devices.cellulo.driver import CelluloRelay
 from armspan.devices.cellulo.emulator import Emulator, addresses
 from armspan.devices.cellulo.faults import Trouble
@@ -39,6 +41,9 @@ RobotKind: TypeAlias = Literal["cellulo"]
 RADIO = LinkFaults(loss=0.01, run=1.5, burst_s=0.045)
 """The bands' radio links: a loss of one in a hundred, and Linux's own connection interval until the driver's wish for a
 shorter one is granted."""
+
+
+ANY_ADDRESS = "E8:C9:8F:52:7B:00"
 
 
 class WornBoard:
@@ -98,10 +103,16 @@ class Emulation:
         self.troubles, self.profile = tuple(troubles), profile
         self.firmware: Firmware | None = None
         seed = room.simulation.seed
-        self.worn = [WornBoard(band, _board(k, band, seed)) for k, band in enumerate(world.bands, 1)] if bands else []
+        self.worn: list[WornBoard] = (
+            [WornBoard(band, _board(k, band, seed)) for k, band in enumerate(world.bands, 1)] if bands else []
+        )
         if bands:
             world.bands[:] = self.worn  # type: ignore[assignment]
         self.air: Air | None = None
+
+    def felt(self, band: BandSettings) -> BandSettings:
+        """A band's settings as those of an emulated one."""
+        return msgspec.structs.replace(band, stale_s=_entry(band, ANY_ADDRESS).stale_s) if self.worn else band
 
     @asynccontextmanager
     async def opened(self, now: Callable[[], float]) -> AsyncIterator[Doors]:
@@ -122,8 +133,7 @@ class Emulation:
         for worn, own in zip(self.worn, self.room.bands, strict=True):
             worn.shift = air.now() - now()
             await air.add(MetaWearPeripheral(worn.board), self.faults)
-            entry = MetaWearEntry(own.name, worn.board.address, own.segment, own.arm, self.profile)
-            band = MetaWearBand(entry, now=now, radio=air.radio)
+            band = MetaWearBand(_entry(own, worn.board.address, self.profile), now=now, radio=air.radio)
             doors.drivers.append(band)
             doors.commanded[own.name] = band
 
@@ -160,6 +170,10 @@ class Emulation:
             await asyncio.sleep(max(0.0, steps * TICK - now()))
             for event in events:
                 yield event
+
+
+def _entry(band: BandEntry | BandSettings, address: str, profile: Literal["fusion", "raw"] = "fusion") -> MetaWearEntry:
+    return MetaWearEntry(band.name, address, band.segment, band.arm, profile)
 
 
 def _board(number: int, band: VirtualBand, seed: int) -> MetaWearBoard:

@@ -180,6 +180,9 @@ def open_emulated(
     house = open_house(room, seconds=seconds)
     if house.world is not None and (bands or robots):
         house.emulation = Emulation(house.world, room, bands, robots)
+        house.settings = msgspec.structs.replace(
+            house.settings, bands=tuple(house.emulation.felt(band) for band in house.settings.bands)
+        )
     return house
 
 

@@ -43,7 +43,8 @@ class Air:
     """The emulated air; ``radio`` is what the client's side uses."""
 
     def __init__(self, generator: np.random.Generator) -> None:
-        logging.getLogger("bumble").addHandler(logging.NullHandler())  # faults are meant here; bumble warns of each
+        logging.getLogger("bumble").propagate = False  # faults are meant here; bumble warns of each
+        logging.getLogger("bumble").addHandler(logging.NullHandler())
         _bumble()
         from armspan.links.ble_backend import radio_of
 

@@ -35,7 +35,8 @@ class MetaWearEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
     that drifts slowly) or ``ndof`` (with one). With ``raw`` it sends samples with its own clock, and the orientation
     is found here. ``outputs`` beyond the quaternion are for radios that carry 300 packets a second. Where neither
     ``strap`` nor ``wrist_from_sensor`` is told, the set-up finds how it is worn. ``radio`` reaches it by another one
-    than the room's, such as "hci1".
+    than the room's, such as "hci1". After ``stale_s`` [s] without a sample the robots stop: one of Linux's own
+    connection intervals (48.75 ms) may be missed, or a dozen samples where the short interval is granted.
     """
 
     name: str
@@ -51,6 +52,7 @@ class MetaWearEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag
     wrist_from_sensor: Quaternion | None = None
     strap: Strap | None = None
     radio: str | None = None
+    stale_s: float = 0.13
 
     def __post_init__(self) -> None:
         if not self.name:
