@@ -8,7 +8,7 @@ import re
 
 import msgspec
 from rich.console import Console
-from rich.table import Table
+from rich.table import Column, Table
 
 from armspan.cli.run import positive
 from armspan.config.survey import Survey, survey
@@ -87,7 +87,9 @@ def _show(rows: list[dict[str, str | None]]) -> None:
 
 def _show_reach(seen: Survey) -> None:
     """A table of what was found, and a line for each door behind which nothing can be heard."""
-    table = Table("kind", "address", "name", "signal", "battery", "firmware", "note", title="In reach")
+    table = Table("kind", Column("address", no_wrap=True), title="In reach")
+    for name in ("name", "signal", "battery", "firmware", "note"):
+        table.add_column(name)
     for found in seen.found:
         table.add_row(
             found.kind,

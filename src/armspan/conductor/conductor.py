@@ -83,7 +83,8 @@ class Conductor:
             case Tick():
                 return self._tick(event.t)
             case RobotState():  # robots speak more often than the clock ticks: a silent band is noticed earlier
-                return [*self._listen(event.t), *self._steering.robot(event)]
+                fresh = not self._silent and any(band.stale(event.t) for band in self._arm.bands)
+                return [*(self._listen(event.t) if fresh else ()), *self._steering.robot(event)]
             case Tap():
                 return self._tap(event)
             case Press():

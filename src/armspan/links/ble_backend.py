@@ -77,7 +77,7 @@ def _scanner(air: "Air") -> type[Any]:
             address = str(advertisement.address).split("/")[0]
             name = next((value.decode(errors="replace") for kind, value in told if kind == 9), None)
             name = name or air.answer_to_a_scan(address)
-            facts = AdvertisementData(name, {}, {}, services, None, RSSI, ())
+            facts = AdvertisementData(name, {}, {}, services, None, getattr(advertisement, "rssi", RSSI), ())
             device = self.create_or_update_device(address, address, name, advertisement.address, facts)
             self.call_detection_callbacks(device, facts)
 
