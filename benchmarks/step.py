@@ -25,14 +25,8 @@ from armspan.cli.replay import decisions, first_difference, settings_of
 from armspan.conductor import Conductor, Settings
 from armspan.config.demo_room import demo_room
 from armspan.config.house import open_house
-from armspan.config.room_file import (
-    RoomFile,
-    SimulatedBand,
-    SimulatedPerson,
-    SimulatedRobot,
-    Simulation,
-    ZoneEntry,
-)
+from armspan.config.room_file import RoomFile, ZoneEntry
+from armspan.config.virtual_entries import SimulatedBand, SimulatedPerson, SimulatedRobot, Simulation
 from armspan.devices.replay import NoSwarm
 from armspan.log import LogFile, LogWriter, read
 from armspan.ports import Sink

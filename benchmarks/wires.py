@@ -106,13 +106,13 @@ def spans(times, flags):
     return found
 
 
-def rests(times, speeds, t, most=3.0):
+def rests(times, speeds, t, most=3.0, still=REST):
     """How long after ``t`` [s] all have come to rest, NaN where they had been resting, inf where they do not."""
     at = np.searchsorted(times, t)
     if at >= len(times) or speeds[max(at - 1, 0)].max() < 0.02:
         return math.nan
     for k in range(at, len(times)):
-        if speeds[k].max() < REST:
+        if speeds[k].max() < still:
             return times[k] - t
         if times[k] > t + most:
             break
@@ -138,6 +138,12 @@ def report(house, emulation, watch, doors, session, seconds):
         (
             "all robots at rest after a band's loss, p50 / p95 / max",
             told([rests(times, speeds, t) for t, _ in lost_bands]),
+        )
+    )
+    rows.append(
+        (
+            "the same below 25 and 2 mm/s",
+            "; ".join(told([rests(times, speeds, t, still=still) for t, _ in lost_bands]) for still in (0.025, 0.002)),
         )
     )
     recovered = []

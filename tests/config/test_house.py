@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from armspan.conductor import Settings
-from armspan.config.house import draw_trials, events_of, open_house
-from armspan.config.room_file import SimulatedPerson, parse_room
+from armspan.config.house import events_of, open_house
+from armspan.config.room_file import parse_room
+from armspan.config.virtual_entries import SimulatedPerson
+from armspan.config.virtual_world import draw_trials
 from armspan.errors import ArmspanError, ConfigError, LogError
 from armspan.records import Body, ImuSample, Link, Press, RobotState, Say, Tick
 from small_rooms import ROOM, played, small_room

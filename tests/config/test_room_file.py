@@ -3,15 +3,8 @@ import re
 import pytest
 from numpy.testing import assert_allclose
 
-from armspan.config.room_file import (
-    ReplayedBand,
-    ReplayedRobot,
-    SimulatedBand,
-    SimulatedRobot,
-    default_stops,
-    parse_room,
-    read_room,
-)
+from armspan.config.room_file import default_stops, parse_room, read_room
+from armspan.config.virtual_entries import ReplayedBand, ReplayedRobot, SimulatedBand, SimulatedRobot
 from armspan.errors import ConfigError
 from armspan.records import Body, Sheet, Zone
 from command_line import written_room

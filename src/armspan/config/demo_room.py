@@ -7,15 +7,8 @@ from typing import Literal, TypeAlias
 import msgspec
 import numpy as np
 
-from armspan.config.room_file import (
-    GestureEntry,
-    RoomFile,
-    SimulatedBand,
-    SimulatedPerson,
-    SimulatedRobot,
-    Simulation,
-    ZoneEntry,
-)
+from armspan.config.room_file import GestureEntry, RoomFile, ZoneEntry
+from armspan.config.virtual_entries import SimulatedBand, SimulatedPerson, SimulatedRobot, Simulation
 from armspan.pointing.laser import LaserSettings
 from armspan.records import Arm, Sheet, Vec2
 

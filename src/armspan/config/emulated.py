@@ -17,7 +17,8 @@ import numpy as np
 
 from armspan.conductor import BandSettings
 from armspan.config.doors import Doors
-from armspan.config.room_file import BandEntry, RoomFile, SimulatedRobot
+from armspan.config.room_file import BandEntry, RoomFile
+from armspan.config.virtual_entries import SimulatedRobot
 from armspan.devices.cellulo.driver import CelluloRelay
 from armspan.devices.cellulo.emulator import Emulator, addresses
 from armspan.devices.cellulo.faults import Trouble

@@ -12,37 +12,22 @@ import numpy as np
 
 from armspan import __version__
 from armspan.conductor import Conductor, Settings
-from armspan.config.body_file import body_from_table
 from armspan.config.doors import Doors, make_doors
 from armspan.config.emulated import BandKind, Emulation, RobotKind
 from armspan.config.fleet import Fleet
 from armspan.config.live import Lead, led
 from armspan.config.model_files import in_header, read_model
-from armspan.config.room_file import (
-    ReplayedBand,
-    ReplayedRobot,
-    RoomFile,
-    SimulatedBand,
-    SimulatedPerson,
-    SimulatedRobot,
-)
+from armspan.config.room_file import RoomFile
+from armspan.config.virtual_entries import ReplayedBand, ReplayedRobot, SimulatedBand, SimulatedRobot
+from armspan.config.virtual_world import body_of, draw_wearer, virtual_world
 from armspan.devices import replay, simulated
 from armspan.errors import ConfigError, known_names
 from armspan.gesture.model import GestureModel
 from armspan.log import LogFile, read
 from armspan.ports import Pace, Sink, Source, Swarm
-from armspan.records import COMMANDS, EVENTS, Body, ImuSample, Press, Record, RobotState, Tick
+from armspan.records import COMMANDS, EVENTS, ImuSample, Press, Record, RobotState, Tick
 from armspan.session import FastPace, LivePace, Mind, Session, Stopwatch
-from armspan.simulation.bands import VirtualBand, draw_band
-from armspan.simulation.beam import Beam
-from armspan.simulation.gesture_script import Agenda, Programme
-from armspan.simulation.laser import VirtualLaser, draw_laser
-from armspan.simulation.person import Person, VirtualPerson, draw_person, measured_body
-from armspan.simulation.receptors import ReceptorTraits, VirtualReceptors
-from armspan.simulation.robots import Plant, VirtualRobots
-from armspan.simulation.script import Script, Target, Trial
-from armspan.simulation.second_arm import TwoArmedPerson
-from armspan.simulation.world import World, zone_middles
+from armspan.simulation.world import World
 from armspan.swarm.director import DICTIONARY, STOP
 
 
@@ -161,10 +146,10 @@ def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = No
     rng = np.random.default_rng(room.simulation.seed)
     bands = [band for band in room.bands if isinstance(band, SimulatedBand)]
     robots = [robot for robot in room.robots if isinstance(robot, SimulatedRobot)]
-    person = _draw_person(room.simulation.person, room, rng) if bands else None
-    body = _body(room, person, rng)
+    person = draw_wearer(room.simulation.person, room, rng) if bands else None
+    body = body_of(room, person, rng)
     settings = room.settings(body)
-    world = _world(room, settings, person, bands, robots, rng) if bands or robots else None
+    world = virtual_world(room, settings, person, bands, robots, rng) if bands or robots else None
     model = read_model(folder / room.gestures.model) if room.gestures.model else None
     if model is not None:
         _check_labels(settings.gestures, model.facts.labels)
@@ -196,115 +181,6 @@ def _check_labels(orders: dict[str, str], labels: tuple[str, ...]) -> None:
             f"gestures.behaviours: no gesture that the model knows ({', '.join(labels)}) is mapped to {STOP!r}; one "
             "must always stop the robots"
         )
-
-
-def _draw_person(wanted: SimulatedPerson, room: RoomFile, rng: np.random.Generator) -> Person:
-    arm = (room.body or {}).get("arm", "right")
-    return draw_person(rng, arm=arm, posture=room.posture, stature=wanted.stature_m, seated=wanted.seated)
-
-
-def _body(room: RoomFile, person: Person | None, rng: np.random.Generator) -> Body:
-    measured = measured_body(person, rng) if person is not None else None
-    if room.body is not None:
-        return body_from_table(room.body, "the room")
-    if measured is None:
-        raise ConfigError("[body] is missing: a real person's measures are needed")
-    return _to_the_millimetre(measured)
-
-
-def _to_the_millimetre(body: Body) -> Body:
-    """A body as it is written down from a tape."""
-    forward, left, up = (round(float(value), 3) for value in body.shoulder_to_eye_m)
-    return Body(
-        round(float(body.eye_height_m), 3),
-        (forward, left, up),
-        round(float(body.shoulder_to_fingertip_m), 3),
-        body.arm,
-        None if body.upper_arm_m is None else round(float(body.upper_arm_m), 3),
-        None if body.elbow_to_fingertip_m is None else round(float(body.elbow_to_fingertip_m), 3),
-        body.covariance,
-    )
-
-
-def _world(
-    room: RoomFile,
-    settings: Settings,
-    person: Person | None,
-    bands: list[SimulatedBand],
-    robots: list[SimulatedRobot],
-    rng: np.random.Generator,
-) -> World:
-    wanted = room.simulation.person
-    someone = None
-    if person is not None:
-        x, y = wanted.at_m
-        facing = np.pi / 2 + np.radians(wanted.facing_deg)
-        both = any(_on_other_arm(band, settings) for band in bands)
-        arms = np.random.default_rng([room.simulation.seed, 2])
-        someone = (
-            TwoArmedPerson(person, (x, -y), float(facing), rng, arms)
-            if both
-            else VirtualPerson(person, (x, -y), float(facing), rng)
-        )
-    worn = [_worn(band, settings, rng, room.simulation.seed) for band in bands]
-    driven = VirtualRobots(
-        tuple(robot.name for robot in robots),
-        np.array([robot.start_m for robot in robots], dtype=float).reshape(-1, 2),
-        np.radians([robot.heading_deg for robot in robots]),
-        room.sheet,
-        rng,
-        Plant(),
-    )
-    script: Agenda = Script(draw_trials(wanted, settings, rng) if someone else ())
-    if wanted.gestures and isinstance(script, Script):
-        script = Programme(script, wanted.gestures)
-    return World(
-        someone,
-        worn,
-        driven,
-        zone_middles(settings.zones),
-        script,
-        rng,
-        table_height=room.simulation.table_height_m,
-        light_height=room.light_height_m,
-        beam=_beam(settings, robots, room.simulation.seed) if someone else None,
-    )
-
-
-def _beam(settings: Settings, robots: list[SimulatedRobot], seed: int) -> Beam | None:
-    """The virtual laser, off by what careful strapping leaves, and receptors; dice of their own change nothing else."""
-    if settings.laser is None:
-        return None
-    own = np.random.default_rng([seed, 4])
-    left, up = np.radians(settings.laser.direction_deg).tolist()
-    laser = VirtualLaser(draw_laser(own, settings.laser.position_m, (left, up)))
-    fitted = [robot.name for robot in robots if robot.receptor]
-    return Beam(laser, VirtualReceptors(fitted, ReceptorTraits(), own) if fitted else None)
-
-
-def _on_other_arm(band: SimulatedBand, settings: Settings) -> bool:
-    return (band.arm or settings.body.arm) != settings.body.arm
-
-
-def _worn(band: SimulatedBand, settings: Settings, rng: np.random.Generator, seed: int) -> VirtualBand:
-    """A virtual band; the other arm's has dice of its own, so that what the pointing arm feels is the same without."""
-    if not _on_other_arm(band, settings):
-        return VirtualBand(band.name, band.segment, draw_band(rng, fusion=band.fusion), rng)
-    own = np.random.default_rng([seed, 3])
-    return VirtualBand(band.name, "other_forearm", draw_band(own, fusion=band.fusion), own)
-
-
-def draw_trials(wanted: SimulatedPerson, settings: Settings, rng: np.random.Generator) -> tuple[Trial, ...]:
-    """The targets the person is asked for, robots and zones in turn, first without and then with the cursor."""
-    names = [f"robot:{name}" for name in settings.robots] + [f"zone:{zone.name}" for zone in settings.zones]
-    targets: list[str] = []
-    while len(targets) < wanted.trials:
-        round_ = [names[k] for k in rng.permutation(len(names))]
-        if targets and round_[0] == targets[-1]:
-            round_ = [*round_[1:], round_[0]]
-        targets.extend(round_)
-    modes = {"off": (False,), "on": (True,), "both": (False, True)}[wanted.feedback]
-    return tuple(Trial(Target(name), shown) for shown in modes for name in targets[: wanted.trials])
 
 
 def _logs(room: RoomFile, folder: Path) -> dict[str, LogFile]:

@@ -14,14 +14,10 @@ from armspan.conductor.recorder import Recorder
 from armspan.conductor.recorder_plan import Recording
 from armspan.config.demo_room import gesture_room
 from armspan.config.house import House, open_house
-from armspan.config.room_file import (
-    GestureEntry,
-    RoomFile,
-    SimulatedBand,
-    parse_room,
-)
+from armspan.config.room_file import GestureEntry, RoomFile, parse_room
 from armspan.config.take_edits import checked_label
 from armspan.config.take_files import Sidecar, sidecar_of, write_take
+from armspan.config.virtual_entries import SimulatedBand
 from armspan.errors import ConfigError, DataError, LogError, known_names
 from armspan.log import LogFile
 from armspan.records import Arm, Press, Record, TakeEnded

@@ -13,6 +13,7 @@ import shapely
 from armspan.conductor import BandSettings, Settings
 from armspan.config.body_file import body_from_table
 from armspan.config.recordings import UNIT_TOLERANCE
+from armspan.config.virtual_entries import ReplayedBand, ReplayedRobot, SimulatedBand, SimulatedRobot, Simulation
 from armspan.devices.cellulo.entry import CelluloEntry
 from armspan.devices.metawear.entry import MetaWearEntry
 from armspan.devices.phone.entry import PhoneEntry
@@ -21,73 +22,9 @@ from armspan.devices.toio.entry import ToioEntry
 from armspan.errors import ConfigError, known_names
 from armspan.pointing.laser import LaserSettings
 from armspan.pointing.selection import SelectionSettings
-from armspan.records import Arm, Body, Model, Quaternion, Sheet, Vec2, Zone
+from armspan.records import Body, Model, Sheet, Vec2, Zone
 from armspan.swarm.director import DICTIONARY, STOP, order_name
 from armspan.swarm.limits import Limits
-
-
-class SimulatedBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="simulated"):
-    """A virtual band, on the pointing ``arm`` where not told.
-
-    ``fusion`` tells whether it sends its own quaternion or raw samples only.
-    """
-
-    name: str
-    segment: Literal["forearm", "upperarm"] = "forearm"
-    fusion: Literal["onboard", "raw"] = "onboard"
-    wrist_from_sensor: Quaternion | None = None
-    arm: Arm | None = None
-
-
-class ReplayedBand(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="replay"):
-    """A band whose samples come from a log."""
-
-    name: str
-    log: str
-    segment: Literal["forearm", "upperarm"] = "forearm"
-    rate_hz: float = 100.0
-    wrist_from_sensor: Quaternion | None = None
-    arm: Arm | None = None
-
-
-class SimulatedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="simulated"):
-    """A virtual robot and where it starts; with a ``receptor`` it notices the laser of a room that has one."""
-
-    name: str
-    start_m: Vec2
-    heading_deg: float = 0.0
-    receptor: bool = False
-
-
-class ReplayedRobot(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="kind", tag="replay"):
-    """A robot whose states come from a log; commands to it go nowhere."""
-
-    name: str
-    log: str
-
-
-class SimulatedPerson(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The virtual person: where they stand in sheet coordinates, what they are asked.
-
-    After the trials they make ``gestures``, labels and ``everyday:SECONDS`` in turn.
-    """
-
-    at_m: Vec2 = (0.4, 0.8)
-    facing_deg: float = 0.0
-    seated: bool = False
-    stature_m: float | None = None
-    trials: int = 8
-    feedback: Literal["off", "on", "both"] = "both"
-    gestures: tuple[str, ...] = ()
-
-
-class Simulation(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """The virtual part of a room."""
-
-    seed: int = 0
-    table_height_m: float = 0.75
-    person: SimulatedPerson = SimulatedPerson()
-
 
 _ANYBODY = Body(1.6, (0.06, 0.15, 0.22), 0.72)
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from armspan.conductor import Settings
 from armspan.conductor.robots_only import FAR
-from armspan.config.room_file import RoomFile, SimulatedRobot, ZoneEntry, check_place, check_zone
+from armspan.config.room_file import RoomFile, ZoneEntry, check_place, check_zone
+from armspan.config.virtual_entries import SimulatedRobot
 from armspan.errors import ConfigError
 from armspan.frames import Array
 from armspan.records import Body, RobotState, Sheet, Vec2, Zone
