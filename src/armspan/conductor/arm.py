@@ -10,6 +10,9 @@ from armspan.frames import Array
 from armspan.orientation import MOVING, Attitude, Mount
 from armspan.records import ImuSample, Quaternion
 
+LATE = 0.6
+"""Share of the silence after which a band counts as lost from which it counts as late."""
+
 
 @dataclass(slots=True)
 class Band:
@@ -42,6 +45,10 @@ class Band:
     def stale(self, t: float) -> bool:
         """Whether the band has been silent for too long."""
         return t - self.heard > self.settings.stale_s
+
+    def late(self, t: float) -> bool:
+        """Whether a band that was heard has been silent for so long that it may be lost."""
+        return self.heard > -np.inf and t - self.heard > LATE * self.settings.stale_s
 
     @property
     def raw(self) -> bool:

@@ -69,6 +69,7 @@ class Conductor:
         self._choice = Choice(settings.choice_s)
         self._spot: Vec2 | None = None
         self._silent: set[str] = set()
+        self._late = False
 
     @property
     def states(self) -> dict[str, RobotState]:
@@ -82,9 +83,8 @@ class Conductor:
                 return self._feel(event)
             case Tick():
                 return self._tick(event.t)
-            case RobotState():  # robots speak more often than the clock ticks: a silent band is noticed earlier
-                fresh = not self._silent and any(band.stale(event.t) for band in self._arm.bands)
-                return [*(self._listen(event.t) if fresh else ()), *self._steering.robot(event)]
+            case RobotState():
+                return [*self._beware(event.t), *self._steering.robot(event)]
             case Tap():
                 return self._tap(event)
             case Press():
@@ -116,7 +116,7 @@ class Conductor:
     def _tick(self, t: float) -> list[Output]:
         for band in self._arm.bands:
             band.tick()
-        outputs = self._listen(t)
+        outputs = [*self._beware(t), *self._listen(t)]
         if self._hits is not None:
             self._hits.tick(t, leading=self._setup.step is not Step.IDLE)
         for output in self._setup.tick(t, self.states):
@@ -130,8 +130,19 @@ class Conductor:
         elif self._hits is not None and self._setup.step is Step.IDLE:
             outputs.extend(self._choose_by_hit(t, self._hits))
         outputs.extend(self._gesture(t))
-        outputs.extend(self._steering.tick(t, self._spot))
+        outputs.extend(self._steering.tick(t, self._spot, paused=self._late))
         return outputs
+
+    def _beware(self, t: float) -> list[Output]:
+        """Robots pause while a band is late: when it counts as lost, they have come to rest already.
+
+        Asked whenever a robot is heard, which is more often than the clock ticks.
+        """
+        late = any(band.late(t) for band in self._arm.bands)
+        pauses = self._steering.pause(t) if late and not self._late else []
+        self._late = late
+        lost = late and not self._silent and any(band.stale(t) for band in self._arm.bands)
+        return [*pauses, *(self._listen(t) if lost else ())]
 
     def _listen(self, t: float) -> list[Output]:
         """A band that falls silent stops the robots: the arm that could stop them is not felt any more."""

@@ -48,9 +48,15 @@ class Steering:
         self._leave(robot)
         return [self.filter.hold(t, robot, "its link is down"), Say(t, f"{robot} is out of reach", "")]
 
-    def tick(self, t: float, pointed: Vec2 | None) -> list[Output]:
+    def pause(self, t: float) -> list[Output]:
+        """Robots that drive come to rest; what they do goes on with the next tick that is not paused."""
+        return [Stop(t, robot, "a band is late") for robot in sorted(self.filter.driven)]
+
+    def tick(self, t: float, pointed: Vec2 | None, *, paused: bool = False) -> list[Output]:
         """What is due at ``t`` [s]: stops first, then the motions of all robots, made safe together."""
         outputs = self._watch(t, self.states)
+        if paused:
+            return outputs
         able = {name: state for name, state in self.states.items() if name not in self.filter.waiting}
         self.wishes = self.director.step(t, able, pointed)
         commands: list[Command] = [*self.wishes, *self.errands.step(t, self.states), *self._raw]
