@@ -333,7 +333,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--strings", type=int, default=1_000_000, help="into each decoder; default: %(default)s")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", metavar="NAME", help="only decoders whose name contains this; default: all")
     args = parser.parse_args()
+    chosen = [target for target in targets() if (args.only or "").lower() in target.name.lower()]
+    if not chosen:
+        parser.error(f"no decoder is named {args.only!r}; known: {', '.join(target.name for target in targets())}")
     print(f"{args.strings} strings into each decoder; Python {platform.python_version()}, seed {args.seed}\n")
     columns = (
         "decoder",
@@ -347,7 +351,7 @@ def main() -> int:
     print(f"| {' | '.join(columns)} |")
     print("|---" * len(columns) + "|")
     failures = []
-    for target in targets():
+    for target in chosen:
         outcome = fuzz(target, args.strings, args.seed)
         each = outcome.seconds / outcome.strings * 1e6
         print(

@@ -1,16 +1,24 @@
 import asyncio
+import contextlib
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import fast_time
 from armspan.conductor.robots_only import RobotsOnly
 from armspan.config import house
+from armspan.config.doors import make_doors
 from armspan.config.room_file import ZoneEntry, parse_room
-from armspan.config.swarm_act import Act, drive, plant_of, simulate
+from armspan.config.swarm_act import Act, behind_relay, drive, plant_of, simulate
 from armspan.config.swarm_run import Wanted, places, run_in_room, swarm_run
+from armspan.devices.cellulo.emulator import Emulator, addresses
+from armspan.devices.cellulo.emulator import places as emulated_places
+from armspan.devices.cellulo.firmware import Firmware
 from armspan.errors import ConfigError, DeviceNotFound
 from armspan.records import GoTo, Press, RobotState, Sheet, Stop, Tick
+from armspan.session import Stopwatch
 from armspan.simulation.discs import IdealDiscs
 from armspan.simulation.robots import VirtualRobots
 from armspan.swarm.limits import Limits
@@ -132,17 +140,62 @@ def test_a_room_tells_sheet_zones_limits_and_robots():
     np.testing.assert_allclose(act.account.places[0], [[0.2, 0.1], [0.4, 0.24]], atol=1e-6)
 
 
-def test_a_rooms_robots_must_be_simulated():
-    room = parse_room(
+def room_with(*robots):
+    return parse_room(
         ROOM
         | {
             "body": {"eye_height_m": 1.6, "shoulder_to_eye_m": [0.06, 0.15, 0.22], "shoulder_to_fingertip_m": 0.72},
             "bands": [{"kind": "replay", "log": "a.mcap", "name": "wrist"}],
-            "robots": [{"kind": "replay", "log": "a.mcap", "name": "ash"}],
+            "robots": list(robots),
         }
     )
-    with pytest.raises(ConfigError, match="robot 'ash' is not simulated"):
-        run_in_room(Wanted(behaviour="gather"), room)
+
+
+def real(name, mac, port=2556):
+    return {"kind": "cellulo", "name": name, "address": mac, "door": "relay", "relay": f"127.0.0.1:{port}"}
+
+
+def test_a_rooms_robots_are_of_one_kind_and_can_be_driven():
+    replayed = {"kind": "replay", "log": "a.mcap", "name": "ash"}
+    with pytest.raises(ConfigError, match="robot 'ash' is replayed, and nobody can drive it"):
+        run_in_room(Wanted(behaviour="gather"), room_with(replayed))
+    virtual = {"kind": "simulated", "name": "elm", "start_m": [0.2, 0.2]}
+    with pytest.raises(ConfigError, match="robot 'oak' is not simulated like 'elm'"):
+        run_in_room(Wanted(behaviour="gather"), room_with(virtual, real("oak", addresses(1)[0])))
+
+
+@contextlib.asynccontextmanager
+async def emulated(names, sheet):
+    n = len(names)
+    firmware = Firmware(emulated_places(n, sheet), np.zeros(n), sheet, np.random.default_rng(0))
+    emulator = Emulator(firmware, dict(zip(addresses(n), names, strict=True)))
+    async with emulator.listening() as port:
+        living = asyncio.create_task(emulator.live())
+        try:
+            yield port
+        finally:
+            living.cancel()
+            await asyncio.gather(living, return_exceptions=True)
+
+
+def test_a_rooms_real_robots_are_driven_from_where_they_stand(monkeypatch):
+    fast_time.hasten(monkeypatch)
+
+    async def scene():
+        async with emulated(("ash", "elm"), Sheet(**ROOM["sheet"])) as port:
+            room = room_with(*(real(name, mac, port) for name, mac in zip(("ash", "elm"), addresses(2), strict=True)))
+            act, now = (
+                Act(run_in_room(Wanted(behaviour="gather", seconds=20.0, points=((0.4, 0.3),)), room)),
+                Stopwatch(),
+            )
+            assert act.run.room is not None
+            await drive(act, make_doors(act.run.room, now, Path()), now, "there")
+            return act
+
+    act = fast_time.run(scene, 60.0)
+    assert act.began is not None
+    assert math.dist(act.states["ash"].xy, act.states["elm"].xy) < 0.16
+    assert act.account.document()["violations"] == {}
 
 
 def test_the_behaviour_begins_once_all_robots_were_heard():
@@ -230,9 +283,18 @@ def test_the_same_seed_is_the_same_run(plant):
 
 def test_a_relay_where_nobody_is_heard_is_told(monkeypatch):
     monkeypatch.setattr("armspan.config.swarm_act.HEARD", 0.3)
-    act = Act(swarm_run(Wanted(behaviour="gather", robots=2)))
-    with pytest.raises(DeviceNotFound, match=r"r1, r2 not heard within 0\.3 s behind the relay at 127\.0\.0\.1:9"):
-        asyncio.run(drive(act, "127.0.0.1", 9, ["00:06:66:E7:00:01", "00:06:66:E7:00:02"]))
+    act, now = Act(swarm_run(Wanted(behaviour="gather", robots=2))), Stopwatch()
+    strangers = ["00:06:66:E7:0A:01", "00:06:66:E7:0A:02"]
+
+    async def scene():
+        async with emulated(("r1", "r2"), SHEET) as port:
+            await drive(act, behind_relay(act, "127.0.0.1", port, strangers, now), now, "behind the relay")
+
+    with pytest.raises(DeviceNotFound, match=r"r1, r2 not heard within 0\.3 s behind the relay; see that they are on"):
+        asyncio.run(scene())
+    monkeypatch.setattr("armspan.config.swarm_act.HEARD", 5.0)
+    with pytest.raises(DeviceNotFound, match=r"127\.0\.0\.1:9"):
+        asyncio.run(drive(act, behind_relay(act, "127.0.0.1", 9, strangers, now), now, "behind the relay"))
 
 
 def test_a_dictionary_and_a_model_speak_of_the_same_gestures():

@@ -20,14 +20,16 @@ from armspan.cli.demo import count, seed
 from armspan.cli.play import make_folder, stop_on_signals, talk
 from armspan.cli.run import positive
 from armspan.cli.swarm_report import print_run, title
+from armspan.config.doors import make_doors
 from armspan.config.room_file import ZoneEntry, read_room
-from armspan.config.swarm_act import Act, drive, simulate
+from armspan.config.swarm_act import Act, behind_relay, drive, simulate
 from armspan.config.swarm_run import PLANTS, STARTS, SwarmRun, Wanted, run_in_room, swarm_run
 from armspan.devices.cellulo.emulator import addresses
 from armspan.errors import ConfigError, DataError
 from armspan.log import LogWriter
 from armspan.ports import Sink
 from armspan.records import Sheet, Vec2
+from armspan.session import Stopwatch
 from armspan.study.swarm_picture import draw_swarm
 from armspan.swarm.director import DICTIONARY, MAKERS, STOP
 
@@ -65,7 +67,9 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         "--point", type=place, action="append", metavar="X,Y", help="the pointed spot; told again, it moves on there"
     )
     parser.add_argument("--user", type=place, metavar="X,Y", help="where the user stands, for come")
-    parser.add_argument("--room", type=Path, metavar="ROOM.toml", help="take sheet, zones, limits and robots from it")
+    parser.add_argument(
+        "--room", type=Path, metavar="ROOM.toml", help="take sheet, zones, limits and robots from it, virtual or real"
+    )
     parser.add_argument("--relay", type=address, metavar="HOST:PORT", help="drive Cellulo robots behind EPFL's relay")
     parser.add_argument("--macs", type=_words, metavar="MAC,...", help="their addresses; default: the emulator's")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="paths and covered area as a PNG")
@@ -225,10 +229,15 @@ def _log(path: Path, act: Act) -> Iterator[LogWriter]:
 
 
 async def _until_told(act: Act, args: argparse.Namespace, sinks: Sequence[Sink]) -> None:
+    now, room = Stopwatch(), act.run.room
     if args.relay:
         macs = args.macs or addresses(len(act.run.settings.robots))
         host, port = args.relay
-        task = asyncio.ensure_future(drive(act, host, port, macs, sinks))
+        where = f"behind the relay at {host}:{port}"
+        task = asyncio.ensure_future(drive(act, behind_relay(act, host, port, macs, now), now, where, sinks))
+    elif room is not None:
+        doors = make_doors(room, now, args.room.parent)
+        task = asyncio.ensure_future(drive(act, doors, now, f"where {args.room} says", sinks))
     else:
         task = asyncio.ensure_future(simulate(act, sinks))
     stop_on_signals(task)
@@ -252,8 +261,8 @@ def document_of(act: Act, args: argparse.Namespace) -> dict[str, Any]:
     return {
         "behaviour": act.run.behaviour,
         "seed": wanted.seed,
-        "plant": "relay" if args.relay else wanted.plant,
-        "simulated": not args.relay,
+        "plant": "relay" if args.relay else "real" if act.run.room else wanted.plant,
+        "simulated": not (args.relay or act.run.room),
         "latency_ms": round(1000 * wanted.latency, 3),
         "sheet_m": [wanted.sheet.width_m, wanted.sheet.height_m],
         "start": "room" if args.room else "relay" if args.relay else wanted.start,

@@ -1,32 +1,30 @@
-"""A behaviour's run played: a mind for robots alone, watched, behind the doors of a plant or of a relay."""
+"""A behaviour's run played: a mind for robots alone, watched, behind the doors of a plant or of real robots."""
 
 import asyncio
 import math
-import time
 from collections.abc import AsyncGenerator, Callable, Sequence
-from contextlib import aclosing, suppress
+from contextlib import aclosing
 
 import numpy as np
 
 from armspan.conductor.robots_only import RobotsOnly
+from armspan.config.doors import Doors
+from armspan.config.fleet import Fleet
 from armspan.config.swarm_run import DISC, RADIO, SwarmRun
 from armspan.devices import simulated
 from armspan.devices.cellulo.driver import CelluloRelay
 from armspan.errors import ConfigError, DeviceNotFound
 from armspan.ports import Sink, Source
 from armspan.records import Event, Output, Press, Record, RobotState, Say, Tick, Vec2
-from armspan.session import FastPace, Session
+from armspan.session import FastPace, Session, ticks
 from armspan.simulation.bodies import Plant
 from armspan.simulation.discs import IdealDiscs
 from armspan.simulation.robots import VirtualRobots
 from armspan.simulation.script import Script
 from armspan.simulation.world import World
 
-TICK = 0.05
-"""Seconds between two ticks in real time."""
-
 HEARD = 10.0
-"""Seconds within which all robots behind a relay must be heard."""
+"""Seconds within which all robots must be heard."""
 
 
 class Act:
@@ -144,27 +142,19 @@ def plant_of(run: SwarmRun) -> VirtualRobots | IdealDiscs:
     return VirtualRobots(settings.robots, run.starts, run.headings, settings.sheet, rng, plant)
 
 
-# --- behind a relay --------------------------------------------------------------------------------------
+# --- real robots, or emulated ones -----------------------------------------------------------------------
 
 
-async def drive(act: Act, host: str, port: int, macs: Sequence[str], sinks: Sequence[Sink] = ()) -> None:
-    """Play a run in real time with the Cellulo robots that have these addresses; its account is of what they tell.
+async def drive(act: Act, doors: Doors, now: Callable[[], float], where: str, sinks: Sequence[Sink] = ()) -> None:
+    """Play a run in real time with the robots behind ``doors``; its account is of what they tell.
+
+    ``where`` says in words where they were looked for.
 
     Raises:
-        ConfigError: for an address that is not one.
         DeviceNotFound: where robots are not heard.
 
     """
-    began = time.monotonic()
-
-    def now() -> float:
-        return time.monotonic() - began
-
-    settings = act.run.settings
-    relay = CelluloRelay(
-        dict(zip(settings.robots, macs, strict=True)), host, port, origin_m=settings.sheet.origin_m, now=now
-    )
-    session = Session(act, relay, [*sinks, act.account.hear, _Places(act)])
+    session = Session(act, Fleet(doors.commanded), [*sinks, act.account.hear, _Places(act)])
     loop = asyncio.get_running_loop()
     try:
         async with asyncio.timeout(HEARD) as patience:
@@ -174,43 +164,23 @@ async def drive(act: Act, host: str, port: int, macs: Sequence[str], sinks: Sequ
                     patience.reschedule(loop.time() + act.run.wanted.seconds)
 
             session.sinks.append(extend)
-            await session.run([_prompted(_with_ticks(relay.source(), now), act)])
+            await session.run([_prompted(ticks(now), act)], [driver.source() for driver in doors.drivers])
     except TimeoutError:
         if not patience.expired():
             raise
     if act.missing:
         silent = ", ".join(act.missing)
         raise DeviceNotFound(
-            f"{silent} not heard within {HEARD:g} s behind the relay at {host}:{port}; see that it runs, that the "
-            "robots are on, and that these are their addresses"
+            f"{silent} not heard within {HEARD:g} s {where}; see that they are on, and that these are their addresses"
         )
 
 
-async def _with_ticks(source: Source, now: Callable[[], float]) -> AsyncGenerator[Event, None]:
-    """A source's events and twenty ticks a second, for ever; one source, so that closing it is waited for."""
-    arrived: asyncio.Queue[Event] = asyncio.Queue()
-
-    async def pour() -> None:
-        async with aclosing(source):
-            async for event in source:
-                arrived.put_nowait(event)
-
-    pouring = asyncio.ensure_future(pour())
-    due = now()
-    try:
-        while not pouring.done():
-            if now() >= due:
-                due = max(due + TICK, now() - TICK)  # what fell behind is left out
-                yield Tick(now())
-            with suppress(TimeoutError):
-                async with asyncio.timeout(max(0.0, due - now())):
-                    event = await arrived.get()
-                yield event
-        await pouring
-    finally:
-        pouring.cancel()
-        with suppress(asyncio.CancelledError):
-            await pouring
+def behind_relay(act: Act, host: str, port: int, macs: Sequence[str], now: Callable[[], float]) -> Doors:
+    """The door to Cellulo robots with these addresses, in the order of the run's (ConfigError)."""
+    settings = act.run.settings
+    named = dict(zip(settings.robots, macs, strict=True))
+    relay = CelluloRelay(named, host, port, origin_m=settings.sheet.origin_m, now=now)
+    return Doors([relay], dict.fromkeys(settings.robots, relay))
 
 
 class _Places:

@@ -1,5 +1,6 @@
 """A behaviour's run: what was asked for, checked, and where the robots begin."""
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
@@ -10,7 +11,7 @@ import numpy as np
 from armspan.conductor import Settings
 from armspan.conductor.robots_only import FAR
 from armspan.config.room_file import RoomFile, ZoneEntry, check_place, check_zone
-from armspan.config.virtual_entries import SimulatedRobot
+from armspan.config.virtual_entries import ReplayedRobot, SimulatedRobot
 from armspan.errors import ConfigError
 from armspan.frames import Array
 from armspan.records import Body, RobotState, Sheet, Vec2, Zone
@@ -66,7 +67,8 @@ class Wanted(msgspec.Struct, frozen=True, kw_only=True):
 class SwarmRun:
     """A checked run: ``wanted``, the settings of its mind, and where each robot begins, (n, 2) [m] and (n,) [rad].
 
-    ``body`` [m] is a robot's true radius, None where it is Cellulo's; ``area`` the zone that is to be covered.
+    ``body`` [m] is a robot's true radius, None where it is Cellulo's; ``area`` the zone that is to be covered; ``room``
+    the one whose real robots are driven, from wherever they stand.
     """
 
     wanted: Wanted
@@ -76,6 +78,7 @@ class SwarmRun:
     headings: Array
     area: Zone | None = None
     body: float | None = None
+    room: RoomFile | None = None
 
     def account(self) -> SwarmAccount:
         """An account that has seen nothing yet."""
@@ -108,22 +111,36 @@ def swarm_run(wanted: Wanted) -> SwarmRun:
 
 
 def run_in_room(wanted: Wanted, room: RoomFile) -> SwarmRun:
-    """A run with a room's sheet, zones, limits and robots; those of ``wanted`` do not count.
+    """A run with a room's sheet, zones, limits and robots, virtual or real; those of ``wanted`` do not count.
 
     Raises:
-        ConfigError: where a robot of the room is not simulated, and as `swarm_run`.
+        ConfigError: where a robot of the room is replayed, or only some are simulated, and as `swarm_run`.
 
     """
     robots = [robot for robot in room.robots if isinstance(robot, SimulatedRobot)]
+    if not robots and not any(isinstance(robot, ReplayedRobot) for robot in room.robots):
+        return _run_of_real(wanted, room)
     if len(robots) < len(room.robots):
         strange = next(robot.name for robot in room.robots if not isinstance(robot, SimulatedRobot))
-        raise ConfigError(f"robot {strange!r} is not simulated, and a run drives simulated robots: give it a start_m")
+        raise ConfigError(
+            f"robot {strange!r} is not simulated like {robots[0].name!r}: a run drives one kind or the other"
+            if robots
+            else f"robot {strange!r} is replayed, and nobody can drive it: simulate it, or name a real one"
+        )
     wanted = msgspec.structs.replace(wanted, sheet=room.sheet, zones=room.zones, robots=len(robots))
     latency = max(room.limits.latency_s, _latency(wanted))
     limits = msgspec.structs.replace(room.limits, latency_s=latency)
     starts = np.array([robot.start_m for robot in robots])
     headings = np.radians([robot.heading_deg for robot in robots])
     return _run(wanted, limits, tuple(robot.name for robot in robots), starts, headings)
+
+
+def _run_of_real(wanted: Wanted, room: RoomFile) -> SwarmRun:
+    names = tuple(robot.name for robot in room.robots)
+    wanted = msgspec.structs.replace(wanted, sheet=room.sheet, zones=room.zones, robots=len(names))
+    anywhere = places("grid", len(names), room.sheet, room.limits, np.random.default_rng(0))
+    run = _run(wanted, room.limits, names, anywhere, np.zeros(len(names)))
+    return dataclasses.replace(run, room=msgspec.structs.replace(room, bands=(), receptors=()))
 
 
 def _run(wanted: Wanted, limits: Limits, names: tuple[str, ...], starts: Array, headings: Array) -> SwarmRun:
