@@ -256,7 +256,7 @@ def print_together(seeds: range) -> None:
 
 
 def cut(lag: float, speed: float, after: float, seed: int) -> tuple[float, float, float]:
-    """Cut a cube's link at full speed, ``after`` [s] more: speed then [m/s], how long it goes on [s], how far [m]."""
+    """Cut a cube's link at full speed, ``after`` [s] more: speed then [m/s], how long and how far it goes on [s, m]."""
     found = []
 
     async def scene() -> None:
