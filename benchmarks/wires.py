@@ -148,6 +148,8 @@ def report(house, emulation, watch, doors, session, seconds):
     )
     recovered = []
     for a, k in lost_bands:
+        if a > seconds - 6.0:  # there is no time left to come back
+            continue
         back = next((b for b0, b in spans(times, away[:, k]) if b0 >= a), None)
         name = emulation.worn[k].band.name
         up = next((t for t, source, is_up, _ in watch.links if source == name and is_up and t > a), math.inf)

@@ -8,6 +8,7 @@ import re
 
 import msgspec
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Column, Table
 
 from armspan.cli.run import positive
@@ -21,7 +22,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
         "check",
         help="what is installed and in reach, what is missing and how to get it",
         description="Say what is installed, which optional parts are missing and how to get them; with --scan, which "
-        "bands and robots are in reach.",
+        "bands and robots are in reach, or why there are none.",
     )
     parser.add_argument(
         "--scan",
@@ -46,9 +47,7 @@ def run(args: argparse.Namespace) -> int:
         document = {"python": platform.python_version(), "packages": rows}
         print(msgspec.json.encode(document | ({"scan": seen} if seen else {})).decode())
     else:
-        _show(rows)
-        if seen:
-            _show_reach(seen)
+        _show_reach(seen) if seen else _show(rows)
     return 1 if any(row["version"] is None and row["extra"] is None for row in rows) else 0
 
 
@@ -80,7 +79,7 @@ def _show(rows: list[dict[str, str | None]]) -> None:
             row["package"],
             f"extra {row['extra']}" if row["extra"] else "base install",
             row["version"] or "missing",
-            row["get"] or "",
+            escape(row["get"] or ""),
         )
     Console().print(table)
 

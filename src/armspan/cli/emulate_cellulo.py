@@ -4,6 +4,7 @@ import argparse
 import asyncio
 import math
 import signal
+from collections.abc import Sequence
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import TextIO, get_args
@@ -90,6 +91,12 @@ def _fresh(path: Path) -> TextIO:
     return path.open("a", encoding="utf-8")
 
 
+def _tell(port: int, macs: Sequence[str]) -> None:
+    """Say where the robots are, and what a room file says of it."""
+    print(f"listening on 127.0.0.1:{port}", flush=True)
+    print(f'relay = "127.0.0.1:{port}"  # {", ".join(macs)}', flush=True)
+
+
 async def _serve(emulator: Emulator, port: int | None) -> None:
     """Serve until SIGTERM or Ctrl-C, and end as one that has done its work."""
     loop, task = asyncio.get_running_loop(), asyncio.current_task()
@@ -98,7 +105,7 @@ async def _serve(emulator: Emulator, port: int | None) -> None:
             with suppress(NotImplementedError):  # on Windows Ctrl-C comes as an exception
                 loop.add_signal_handler(number, task.cancel)
     if port is not None:
-        await emulator.serve(port, lambda at: print(f"listening on 127.0.0.1:{at}", flush=True))
+        await emulator.serve(port, lambda at: _tell(at, emulator.macs))
         return
     async with emulator.on_ptys() as paths:
         for name, path in zip(emulator.names, paths, strict=True):

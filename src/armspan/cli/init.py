@@ -1,9 +1,10 @@
 """``armspan init``: a commented room file to start from."""
 
 import argparse
+import secrets
 from pathlib import Path
 
-from armspan.cli.room_texts import ROOMS
+from armspan.cli.room_texts import ROOMS, TOKEN
 from armspan.errors import ConfigError
 
 
@@ -25,7 +26,7 @@ def run(args: argparse.Namespace) -> int:
     """Write the file."""
     try:
         with args.room.open("x", encoding="utf-8") as file:
-            file.write(ROOMS[args.devices])
+            file.write(ROOMS[args.devices].replace(TOKEN, secrets.token_urlsafe(12)))
     except FileExistsError:
         raise ConfigError(f"{args.room} exists and is kept; name another file: armspan init OTHER.toml") from None
     except OSError as error:

@@ -254,6 +254,9 @@ feedback = "both"  # "off", "on", or first off and then on
 # gestures = ["mixing", "everyday:10", "stop"]  # made after the trials; needs a band on either wrist
 """
 
+TOKEN = "change-me-to-something-long"
+"""Stands for a token; each file that is written gets one of its own."""
+
 ROOMS = {
     "simulated": TOP + VIRTUAL + LIMITS + SIMULATION,
     "lab": TOP + LAB + BODY + LIMITS,

@@ -150,6 +150,8 @@ async def _announced(reader: asyncio.StreamReader) -> dict[str, int]:
                     if packet[1] == relay.STATUS:
                         robots[mac] = packet[2]
             raise DeviceError("it has a client already, and takes one only: end that program first")
+    if not robots:
+        raise DeviceError("it answers, and has no robots yet: it connects those that a room file names")
     return robots
 
 

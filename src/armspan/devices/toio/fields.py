@@ -14,6 +14,9 @@ Raw: TypeAlias = int | float | bytes
 
 FORWARD, BACKWARD = 1, 2
 ANGLE_BITS = 13
+MOST_DEG = (1 << ANGLE_BITS) - 1
+ABSOLUTE = (0, 1, 2)
+"""Modes of an angle that is a direction on the mat."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +100,16 @@ def wheel(key: str, motor: int) -> Field:
 
 
 def target_angle() -> Field:
-    """A target's ``angle_deg`` and how it is meant, ``angle_mode``, in one number of 16 bits."""
+    """A target's ``angle_deg`` and how it is meant, ``angle_mode``, in one number of 16 bits.
+
+    Where it is a direction on the mat (modes 0 to 2) it is brought into the circle; a turn may be longer than one.
+    """
 
     def pack(angle: object, mode: object) -> int:
-        return int(number(mode, 0, 6)) << ANGLE_BITS | int(number(angle, 0, (1 << ANGLE_BITS) - 1))
+        how = int(number(mode, 0, 6))
+        absolute = how in ABSOLUTE
+        degrees = number(angle, -MOST_DEG, MOST_DEG) % 360.0 if absolute else number(angle, 0, MOST_DEG)
+        return how << ANGLE_BITS | int(degrees)
 
     def unpack(raw: int) -> tuple[int, int]:
         mode = int(number(raw >> ANGLE_BITS, 0, 6))
