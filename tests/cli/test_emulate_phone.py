@@ -53,7 +53,8 @@ def heard(entry, *words, folder=None):
         bands = PhoneBands([entry], folder=folder, retry_s=0.1)
         async with contextlib.aclosing(bands.source()) as source:
             first = asyncio.ensure_future(anext(source))
-            await asyncio.sleep(0.1)
+            while not entry.url and ":0/" in bands.urls()[entry.name]:  # the door is not open yet
+                await asyncio.sleep(0.02)
             to = [] if entry.url else ["--to", bands.urls()[entry.name]]
             process = await asyncio.create_subprocess_exec(
                 sys.executable, "-c", PROGRAM, "phone", "--app", entry.app, *to, *words,

@@ -61,7 +61,9 @@ def test_a_person_who_never_holds_still_is_asked_again():
     puppet.run(30)
     first, *again = puppet.of(Say)
     assert [record.cue for record in again] == ["stretch", "stretch"]
-    assert {record.text for record in again} == {"Stretch your arm straight forward and hold still"}
+    assert {record.text for record in again} == {
+        "Stretch your arm straight forward and hold still: the bands feel it move"
+    }
     assert [record.t - first.t for record in again] == pytest.approx([12.0, 24.0], abs=0.11)
 
 

@@ -50,6 +50,8 @@ def run(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace) -> None:
     if (args.to is None) != (args.app == "sensor-server"):
         raise ConfigError(f"--to is for a phone that goes somewhere; with --app {args.app} " + _instead(args.app))
+    if args.to is not None and not args.to.startswith(("http://", "https://")):
+        raise ConfigError(f"--to is {args.to!r}; expected a URL such as https://127.0.0.1:8443/?token=...")
     if not 1 <= args.rate <= 1000:
         raise ConfigError(f"--rate is {args.rate:g}; expected 1 to 1000 samples a second")
     if not 0 <= args.drop <= 1:

@@ -66,7 +66,7 @@ def run(args: argparse.Namespace) -> int:
         "log": str(path),
     }
     if house.doors:
-        document["devices"] = house.doors.reports()
+        document["devices"] = house.reports or house.doors.reports()
     if house.model is not None:
         document["gestures"] = gestures_of(log_file.records).document()
     if args.json:

@@ -44,10 +44,10 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     """Add the verb and its options."""
     parser = subparsers.add_parser(
         "swarm",
-        help="run a behaviour on simulated robots, and measure it",
-        description="Run a behaviour of the swarm on simulated robots as fast as it goes, or on Cellulo robots behind "
-        "a relay in real time, through the same safety filter as everything else. Write places as X,Y in metres from "
-        "the sheet's corner, negative ones as --user=-0.2,0.5.",
+        help="run a behaviour on simulated or real robots, and measure it",
+        description="Run a behaviour of the swarm on simulated robots as fast as it goes, or in real time on a room's "
+        "real ones or on Cellulo robots behind a relay, through the same safety filter as everything else. Write "
+        "places as X,Y in metres from the sheet's corner, negative ones as --user=-0.2,0.5.",
     )
     parser.add_argument("behaviour", nargs="?", metavar="BEHAVIOUR", help="see --list; sweep@ZONE covers one zone")
     parser.add_argument("--list", action="store_true", help="tell all behaviours, and which gesture begins which")

@@ -9,7 +9,7 @@ from rich.table import Table
 def title(document: dict[str, Any]) -> str:
     """What was run, in one line."""
     width, height = document["sheet_m"]
-    plant = {"cellulo": "virtual Cellulo", "disc": "ideal disc", "relay": "Cellulo"}[document["plant"]]
+    plant = {"cellulo": "virtual Cellulo", "disc": "ideal disc", "relay": "Cellulo", "real": "real"}[document["plant"]]
     robots = f"{document['robots']} {plant}{'' if document['robots'] == 1 else 's'}"
     late = f", {document['latency_ms']:g} ms late" if document["latency_ms"] else ""
     how = f"seed {document['seed']}, simulated" if document["simulated"] else "in real time"

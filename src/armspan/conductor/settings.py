@@ -86,7 +86,7 @@ class Settings(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         if segments.count("forearm") != 1 or segments.count("upperarm") > 1:
             raise ConfigError(
                 f"bands sit on {', '.join(segments) or 'nothing'}; pointing needs one band on the forearm and at "
-                "most one on the upper arm"
+                "most one on the upper arm; a band on the other wrist says so, as arm = 'left'"
             )
         if self.model == "two-band" and "upperarm" not in segments:
             raise ConfigError("model two-band needs a band on the upper arm; there is none: use head-finger")

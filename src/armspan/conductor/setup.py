@@ -129,10 +129,11 @@ class SetUp:
             return [Say(t, f"The receptor of {self.robot} sees nothing: this goes on without it", "")]
         if cue == "band":
             return [Say(t, text, "")]
+        moves = ": the bands feel it move" if self.arm.any_moving else ""
         again = {
             Step.REST: (f"Rest {self._arms} on something, quite still", "rest"),
-            Step.STRETCH: (f"Stretch {self._arms} straight forward and hold still", "stretch"),
-            Step.HANG: (f"Let {self._arms} hang straight down and hold still", "hang"),
+            Step.STRETCH: (f"Stretch {self._arms} straight forward and hold still{moves}", "stretch"),
+            Step.HANG: (f"Let {self._arms} hang straight down and hold still{moves}", "hang"),
             Step.DRIVE: (f"{self.robot} does not reach its stop: is it on the sheet, and the way free?", ""),
             Step.POINT: (f"{self._point_at} and hold still", f"point:{self.robot}"),
         }

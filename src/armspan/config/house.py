@@ -1,8 +1,8 @@
 """An open house: the room's devices made, its conductor ready, its doors in step."""
 
 import time
-from collections.abc import Callable, Sequence
-from contextlib import AsyncExitStack
+from collections.abc import AsyncGenerator, Callable, Sequence
+from contextlib import AsyncExitStack, aclosing
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -25,7 +25,7 @@ from armspan.errors import ConfigError, known_names
 from armspan.gesture.model import GestureModel
 from armspan.log import LogFile, read
 from armspan.ports import Pace, Sink, Source, Swarm
-from armspan.records import COMMANDS, EVENTS, ImuSample, Press, Record, RobotState, Tick
+from armspan.records import COMMANDS, EVENTS, Event, ImuSample, Press, Record, RobotState, Tick
 from armspan.session import FastPace, LivePace, Mind, Session, Stopwatch
 from armspan.simulation.world import World
 from armspan.swarm.director import DICTIONARY, STOP
@@ -45,6 +45,7 @@ class House:
     emulation: Emulation | None = None
     now: Stopwatch = field(default_factory=Stopwatch)
     lead: Lead = field(init=False)
+    reports: dict[str, object] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.lead = Lead(self.now, [band.name for band in self.settings.bands], self.seconds)
@@ -111,7 +112,15 @@ class House:
             else:
                 doors, leading = self.doors, self.lead.source()
                 beside = [led(make(LivePace(self.now))) for make in self._makers()]
+            leading = self._noted(leading, doors)
             await session.run([leading], [*(driver.source() for driver in doors.drivers), *beside])
+
+    async def _noted(self, leading: Source, doors: Doors) -> AsyncGenerator[Event, None]:
+        """The leading source; what the devices went through is noted when it ends, before they are closed."""
+        async with aclosing(leading):
+            async for event in leading:
+                yield event
+        self.reports = doors.reports()
 
     def _makers(self) -> list[Callable[[Pace], Source]]:
         """One maker for each source; the first one also brings the ticks and the presses."""

@@ -1,6 +1,7 @@
 """ROOM.toml: what stands in the room. Every number says its unit in its name."""
 
 import math
+import re
 import tomllib
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -30,6 +31,14 @@ _ANYBODY = Body(1.6, (0.06, 0.15, 0.22), 0.72)
 
 BandEntry = SimulatedBand | ReplayedBand | MetaWearEntry | PhoneEntry
 RobotEntry = SimulatedRobot | ReplayedRobot | CelluloEntry | ToioEntry
+
+
+KINDS = {
+    "bands": ("simulated", "replay", "metawear", "phone"),
+    "robots": ("simulated", "replay", "cellulo", "toio"),
+    "receptors": ("serial", "udp", "http"),
+}
+"""What an entry can be, by its table."""
 
 
 class ZoneEntry(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -181,6 +190,9 @@ def _in_words(text: str) -> str:
     """A validation error as a sentence: the place in the file first."""
     what, _, place = text.partition(" - at `")
     place = place.rstrip("`").removeprefix("$").removeprefix(".") or "the top of the file"
+    wrong = re.fullmatch(r"Invalid value '(.*)'", what)
+    if wrong and place.endswith(".kind"):
+        return f"at {place}: {known_names('kind', wrong[1], KINDS.get(place.partition('[')[0], ()))}"
     return f"at {place}: {what[:1].lower()}{what[1:]}; see the comments of a file written by `armspan init`"
 
 
