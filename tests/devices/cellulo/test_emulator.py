@@ -263,6 +263,9 @@ def test_the_verb_says_where_it_listens_and_ends_cleanly(number, tmp_path):
     process = emulate("--port", "0", "--robots", "3", "--seed", "2", "--truth", str(truth), "--sheet", "0.6x0.4")
     line = process.stdout.readline()
     assert line.startswith("listening on 127.0.0.1:")
+    room, _, macs = process.stdout.readline().partition("  # ")
+    assert room == f'relay = "127.0.0.1:{line.rpartition(":")[2].strip()}"'
+    assert macs.strip().split(", ") == list(addresses(3))
     with socket.create_connection(("127.0.0.1", int(line.rpartition(":")[2]))) as host:
         host.sendall(relay.client_side().status(ASH, relay.CONNECTED))
         assert host.recv(17)[:2] == b"\x01@"
