@@ -3,7 +3,6 @@
 import argparse
 import asyncio
 import logging
-import math
 import signal
 from collections.abc import Callable, Coroutine, Mapping, Sequence
 from contextlib import AsyncExitStack, ExitStack, suppress
@@ -13,6 +12,7 @@ from typing import Any, TextIO
 import msgspec
 import numpy as np
 
+from armspan.cli.ranges import number, seed, share
 from armspan.errors import ConfigError
 from armspan.links.ble_emulated import Air, Peripheral, emulated_radio
 from armspan.links.hci import BUMBLE
@@ -158,43 +158,6 @@ class Truth:
 
     def _write(self, line: Mapping[str, object]) -> None:
         self._file.write(msgspec.json.encode(line).decode() + "\n")
-
-
-# --- numbers --------------------------------------------------------------------------------------------
-
-
-def number(text: str, what: str, low: float, high: float) -> float:
-    """A number in its range, for argparse."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not low <= value <= high:
-        raise argparse.ArgumentTypeError(f"{text!r} is not {what} from {low:g} to {high:g}")
-    return value
-
-
-def integer(text: str, what: str, low: int, high: int) -> int:
-    """A whole number in its range, for argparse."""
-    value = number(text, what, low, high)
-    if value != int(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not {what} from {low} to {high}")
-    return int(value)
-
-
-def port(text: str) -> int:
-    """A TCP port."""
-    return integer(text, "a port", 0, 65535)
-
-
-def seed(text: str) -> int:
-    """A seed."""
-    return integer(text, "a seed", 0, 2**32)
-
-
-def share(text: str) -> float:
-    """A share of one."""
-    return number(text, "a share", 0, 1)
 
 
 def run_length(text: str) -> float:

@@ -11,6 +11,7 @@ from typing import TextIO, get_args
 
 import numpy as np
 
+from armspan.cli.ranges import integer, number, port, seed, share
 from armspan.cli.run import positive
 from armspan.devices.cellulo.emulator import Emulator, addresses, places
 from armspan.devices.cellulo.faults import Faults, Generation, Trouble
@@ -25,14 +26,14 @@ def add_parser(devices: "argparse._SubParsersAction[argparse.ArgumentParser]") -
     parser = devices.add_parser("cellulo", help="Cellulo robots behind EPFL's relay, on a TCP port of this machine")
     parser.add_argument("--robots", type=_count, default=4, metavar="N", help="default: %(default)s")
     where = parser.add_mutually_exclusive_group()
-    where.add_argument("--port", type=_port, default=PORT, metavar="P", help="0 for any; default: %(default)s")
+    where.add_argument("--port", type=port, default=PORT, metavar="P", help="0 for any; default: %(default)s")
     where.add_argument("--pty", action="store_true", help="a serial port for each robot instead: prints their paths")
     parser.add_argument("--sheet", type=_size, default=(0.8, 0.6), metavar="WxH", help="in metres; default: 0.8x0.6")
-    parser.add_argument("--seed", type=_whole, default=0, metavar="K", help="default: %(default)s")
+    parser.add_argument("--seed", type=seed, default=0, metavar="K", help="default: %(default)s")
     parser.add_argument("--truth", type=Path, metavar="FILE", help="write what the robots really do, lines of JSON")
     faults = parser.add_argument_group("what goes wrong")
     faults.add_argument("--latency-ms", type=_latency, default=0.0, metavar="L", help="added each way")
-    faults.add_argument("--drop", type=_share, default=0.0, metavar="SHARE", help="of commands lost, 0 to 1")
+    faults.add_argument("--drop", type=share, default=0.0, metavar="SHARE", help="of commands lost, 0 to 1")
     faults.add_argument("--burst-ms", type=_latency, default=0.0, metavar="B", help="what is told comes in bursts")
     faults.add_argument("--sniff-ms", type=_latency, default=0.0, metavar="L", help="added after a second of silence")
     faults.add_argument("--deaf", type=_deaf, default=0, metavar="N", help="first commands lost after a start or link")
@@ -101,9 +102,9 @@ async def _serve(emulator: Emulator, port: int | None) -> None:
     """Serve until SIGTERM or Ctrl-C, and end as one that has done its work."""
     loop, task = asyncio.get_running_loop(), asyncio.current_task()
     if task is not None:
-        for number in (signal.SIGTERM, signal.SIGINT):
+        for told in (signal.SIGTERM, signal.SIGINT):
             with suppress(NotImplementedError):  # on Windows Ctrl-C comes as an exception
-                loop.add_signal_handler(number, task.cancel)
+                loop.add_signal_handler(told, task.cancel)
     if port is not None:
         await emulator.serve(port, lambda at: _tell(at, emulator.macs))
         return
@@ -113,45 +114,20 @@ async def _serve(emulator: Emulator, port: int | None) -> None:
         await emulator.live()
 
 
-def _number(text: str, what: str, low: float, high: float) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not low <= value <= high:
-        raise argparse.ArgumentTypeError(f"{text!r} is not {what} from {low:g} to {high:g}")
-    return value
-
-
-def _integer(text: str, what: str, low: int, high: int) -> int:
-    value = _number(text, what, low, high)
-    if value != int(value):
-        raise argparse.ArgumentTypeError(f"{text!r} is not {what} from {low} to {high}")
-    return int(value)
-
-
 def _count(text: str) -> int:
-    return _integer(text, "a number of robots", 1, 200)
-
-
-def _port(text: str) -> int:
-    return _integer(text, "a port", 0, 65535)
-
-
-def _whole(text: str) -> int:
-    return _integer(text, "a seed", 0, 2**32)
+    return integer(text, "a number of robots", 1, 200)
 
 
 def _latency(text: str) -> float:
-    return _number(text, "a latency in milliseconds", 0, 5000)
+    return number(text, "a latency in milliseconds", 0, 5000)
 
 
 def _deaf(text: str) -> int:
-    return _integer(text, "a number of commands", 0, 100)
+    return integer(text, "a number of commands", 0, 100)
 
 
 def _seconds(text: str) -> float:
-    return _number(text, "a time in seconds", 0, 60)
+    return number(text, "a time in seconds", 0, 60)
 
 
 def _trouble(text: str) -> Trouble:
@@ -161,12 +137,8 @@ def _trouble(text: str) -> Trouble:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
-def _share(text: str) -> float:
-    return _number(text, "a share", 0, 1)
-
-
 def _size(text: str) -> Vec2:
     width, times, height = text.partition("x")
     if not times:
         raise argparse.ArgumentTypeError(f"{text!r} is not a size in metres as 0.8x0.6")
-    return _number(width, "a width in metres", 0.1, 20), _number(height, "a height in metres", 0.1, 20)
+    return number(width, "a width in metres", 0.1, 20), number(height, "a height in metres", 0.1, 20)

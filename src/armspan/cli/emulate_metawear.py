@@ -10,18 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from armspan.cli.emulate_ble import (
-    Truth,
-    add_door,
-    add_link_faults,
-    integer,
-    link_faults,
-    on_air,
-    port,
-    seconds,
-    until_told,
-    world,
-)
+from armspan.cli.emulate_ble import Truth, add_door, add_link_faults, link_faults, on_air, seconds, until_told, world
+from armspan.cli.ranges import integer, port
 from armspan.config.emulated import WornBoard
 from armspan.devices.metawear.board import MetaWearBoard
 from armspan.devices.metawear.board_models import DEBUG, MODELS, Traits

@@ -7,7 +7,8 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from armspan.cli.emulate_ble import Truth, add_door, add_link_faults, integer, on_air, port, seconds, until_told, world
+from armspan.cli.emulate_ble import Truth, add_door, add_link_faults, on_air, seconds, until_told, world
+from armspan.cli.ranges import integer, port
 from armspan.devices.toio.mat import Mat
 from armspan.devices.toio.peripheral import addresses, peripherals
 from armspan.devices.toio.quantities import MATS, UNIT_M
