@@ -123,6 +123,35 @@ def test_a_known_table_height_is_kept(files, capsys):
     assert 0.751 < z < 0.80
 
 
+def doubt(files, variances):
+    rows = ", ".join(str(v) for v in np.diag(variances).ravel())
+    (files / "BODY.toml").write_text((files / "BODY.toml").read_text() + f"covariance_m2 = [{rows}]\n")
+
+
+def test_freed_measures_come_with_what_the_data_said_of_them(files, capsys):
+    doubt(files, [0.000064, 0.0, 0.000064, 0.000529, 0.000625])  # forward was measured: a singular covariance
+    assert run(files, "--json", "--free-body") == 0
+    document = json.loads(capsys.readouterr().out)
+    assert list(document) == [*KEYS, "parameters", "body"]
+    found = {parameter["name"]: parameter for parameter in document["parameters"]}
+    assert list(found) == ["x", "y", "z", "yaw", "pitch", "eye height", "forward", "left", "up", "arm length"]
+    assert_allclose(found["up"]["prior_sd"], 0.023)
+    assert found["forward"]["verdict"] == found["pitch"]["verdict"] == "as given"
+    assert found["eye height"]["verdict"] == "not told apart from the sheet's height"
+    assert document["body"]["eye_height_m"] == BODY.eye_height_m
+    assert document["body"]["shoulder_to_eye_m"][2] == found["up"]["value"]
+    assert run(files, "--free-body", "--free-pitch") == 0
+    out = capsys.readouterr().out
+    assert "arm length [m]" in out
+    assert "prior only" in out
+
+
+def test_measures_without_doubt_cannot_be_freed_and_it_is_said_who_knows_it(files, capsys):
+    message = refusal(capsys, files, "--free-body")
+    assert f"{files / 'BODY.toml'} has no covariance_m2" in message
+    assert "`armspan body --height-m 1.75 --out BODY.toml`" in message
+
+
 def test_the_other_way_up_is_noticed(files, capsys):
     assert run(files, "--json", "--z-up") == 0
     assert "fit twice as well without --z-up" in capsys.readouterr().err
@@ -153,7 +182,6 @@ def test_fewer_than_three_stops_and_stops_on_one_line_name_the_file(files, capsy
 
 def test_two_bands_cannot_be_asked_of_one(files, capsys):
     assert "upper arm" in refusal(capsys, files, "--model", "two-band")
-    assert "covariance" in refusal(capsys, files, "--free-body")
 
 
 def test_missing_files_and_wrong_cells(files, capsys):

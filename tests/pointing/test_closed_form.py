@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from armspan.pointing.closed_form import stationary_poses
+from armspan.pointing.closed_form import stationary_poses, stationary_yaws
 
 
 def rays_and_points(rng, count=5, noise=0.0, flat=True, one_eye=True):
@@ -60,3 +60,26 @@ def test_the_origins_are_left_as_they_are():
     kept = o.copy()
     stationary_poses(o, d, p, np.ones(len(p)))
     assert (o == kept).all()
+
+
+def test_many_problems_at_once_are_each_alone():
+    rng = np.random.default_rng(6)
+    o, d, p, _, _ = (
+        np.stack(arrays) for arrays in zip(*(rays_and_points(rng, noise=0.03) for _ in range(7)), strict=True)
+    )
+    weights = rng.uniform(0.5, 2.0, (7, 5))
+    centroids, yaws = stationary_poses(o, d, p, weights)
+    assert centroids.shape == (7, 4, 3)
+    for k in range(7):
+        alone, turns = stationary_poses(o[k], d[k], p[k], weights[k])
+        assert_allclose(np.sort(yaws[k]), np.sort(turns), atol=1e-9)
+        assert_allclose(centroids[k][np.argsort(yaws[k])], alone[np.argsort(turns)], atol=1e-9)
+
+
+def test_a_quartic_without_its_ends_has_the_two_roots_on_the_circle():
+    """1 + 2 (c cos + d sin) is least and greatest where (cos, sin) lies along (c, d)."""
+    form = np.array([[1.0, 0.0, 0.3], [0.0, 1.0, -0.4], [0.3, -0.4, 0.0]])
+    yaws = stationary_yaws(np.stack([form, np.zeros((3, 3))]))
+    assert np.isfinite(yaws).all()
+    for wanted in (np.arctan2(-0.4, 0.3), np.arctan2(0.4, -0.3)):
+        assert np.abs((yaws[0] - wanted + np.pi) % (2 * np.pi) - np.pi).min() < 1e-9

@@ -2,6 +2,7 @@ import msgspec
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.optimize import least_squares
 
 from armspan.errors import CalibrationError
 from armspan.pointing.calibration import calibrate
@@ -92,6 +93,67 @@ def test_wrong_measures_are_drawn_towards_those_that_fit():
 def test_measures_without_covariance_are_refused():
     with pytest.raises(CalibrationError, match="without their covariance"):
         calibrate(BODY, pairs_of(noisy_arms(0)), "head-finger", priors=Priors(measures=True))
+
+
+def doubting(sd, pairs_of_rows=()):
+    """The body with standard deviations (5,) [m] and correlations {(row, column): value}."""
+    correlation = np.eye(5)
+    for (i, j), value in pairs_of_rows:
+        correlation[i, j] = correlation[j, i] = value
+    return msgspec.structs.replace(BODY, covariance=tuple((correlation * np.outer(sd, sd)).ravel()))
+
+
+def test_a_measure_without_doubt_stays_and_the_others_move():
+    body = doubting([0.0, 0.0, 0.03, 0.03, 0.03])
+    freed = calibrate(body, pairs_of(noisy_arms(3)), "head-finger", priors=Priors(measures=True)).body
+    assert freed.shoulder_to_eye_m[0] == pytest.approx(BODY.shoulder_to_eye_m[0], abs=1e-12)
+    assert abs(freed.shoulder_to_eye_m[2] - BODY.shoulder_to_eye_m[2]) > 1e-4
+
+
+def test_measures_without_any_doubt_give_the_plain_fit():
+    pairs = pairs_of(noisy_arms(3))
+    plain = calibrate(BODY, pairs, "head-finger")
+    sure = calibrate(doubting(np.zeros(5)), pairs, "head-finger", priors=Priors(measures=True))
+    assert_allclose(sure.xyz, plain.xyz, atol=1e-4)
+    assert sure.body.shoulder_to_eye_m == BODY.shoulder_to_eye_m
+
+
+def test_measures_that_are_one_move_as_one():
+    body = doubting([0.0, 0.0, 0.0, 0.03, 0.06], [((3, 4), -1.0)])  # a shoulder lower by as much as the arm is short
+    freed = calibrate(body, pairs_of(noisy_arms(3)), "head-finger", priors=Priors(measures=True)).body
+    up, arm = freed.shoulder_to_eye_m[2] - BODY.shoulder_to_eye_m[2], freed.shoulder_to_fingertip_m - 0.72
+    assert abs(up) > 1e-4
+    assert_allclose(arm, -2.0 * up, rtol=1e-6)
+
+
+def test_an_eye_that_goes_with_other_measures_is_left_out_as_if_it_had_been_freed():
+    """Against a fit by scipy that frees the eye's height beside the other four, all five under their covariance."""
+    sd = np.array([0.03, 0.02, 0.01, 0.03, 0.03])
+    body, height, tape = doubting(sd, [((0, 3), 0.7), ((3, 4), -0.5)]), 0.55, 0.004
+    forearm = noisy_arms(5)
+    priors = Priors(plane_height=(height, tape), measures=True)
+    fit = calibrate(body, pairs_of(forearm), "head-finger", priors=priors)
+    root = np.linalg.cholesky(np.reshape(body.covariance, (5, 5)))
+    mean = np.array([1.65, *BODY.shoulder_to_eye_m, 0.72])
+
+    def whitened(x):
+        eye, forward, left, up, arm = mean + x[4:]
+        rays = np.array([forward, left, up]) * -1 + arm * forearm[:, :, 0]
+        seen = seen_from(NINE, x[:3], x[3]) - [0.0, 0.0, eye]
+        rays, seen = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (rays, seen))
+        across = np.cross(rays, seen)
+        sine = np.linalg.norm(across, axis=1, keepdims=True)
+        angle = np.arcsin(sine)
+        bent = across / sine * np.sqrt(2.0 * (np.sqrt(1.0 + (angle / np.radians(5.0)) ** 2) - 1.0)) * np.radians(5.0)
+        return np.array([*(bent / fit.sigma).ravel(), *np.linalg.solve(root, x[4:]), (x[2] - height) / tape])
+
+    start = np.array([*fit.xyz, fit.yaw, *np.zeros(5)])
+    found = least_squares(whitened, start, x_scale="jac", xtol=1e-13, ftol=1e-13, gtol=1e-13)
+    assert abs(found.x[4]) > 1e-3
+    assert_allclose(fit.xyz[:2], found.x[:2], atol=1e-4)
+    assert_allclose(fit.xyz[2], found.x[2] - found.x[4], atol=1e-4)  # lower with the eye
+    measures = [*fit.body.shoulder_to_eye_m, fit.body.shoulder_to_fingertip_m]
+    assert_allclose(measures, (mean + found.x[4:])[1:], atol=1e-4)
 
 
 def test_no_priors_are_false():

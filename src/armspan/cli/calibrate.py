@@ -1,6 +1,7 @@
 """``armspan calibrate``: the user's place from recorded pairs, and spots predicted from it."""
 
 import argparse
+import dataclasses
 import sys
 import time
 from pathlib import Path
@@ -18,6 +19,7 @@ from armspan.errors import CalibrationError, ConfigError, DataError
 from armspan.frames import Array, rotation_from_quaternion
 from armspan.pointing.calibration import METHODS, Fit, calibrate, quality
 from armspan.pointing.pairs import Pairs, moving_pairs, still_pairs
+from armspan.pointing.parameters import Parameter
 from armspan.pointing.priors import PITCH_SD, TABLE_SD, Priors
 from armspan.pointing.rays import default_model
 from armspan.pointing.spots import Spot, spot
@@ -51,9 +53,18 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     add("--z-up", action="store_true", help="the points' frame has z up (default: z into the table)")
     add("--predict", type=Path, metavar="RAYS.csv", help="further arms, whose spots are predicted")
     add("--anywhere", action="store_true", help="predict without assuming that people point near the area calibrated")
-    add("--table-height-m", type=float, metavar="H", help="height of z = 0 above the user's floor, if it is known")
+    add(
+        "--table-height-m",
+        type=float,
+        metavar="H",
+        help="height of z = 0 above the user's floor, if it is known (best with --free-body)",
+    )
     add("--free-pitch", action="store_true", help="let the band sit turned on the wrist (prior: 3 degrees)")
-    add("--free-body", action="store_true", help="let the body's measures move within their covariance_m2")
+    add(
+        "--free-body",
+        action="store_true",
+        help="let the body's measures move within the covariance_m2 of BODY.toml (`armspan body` writes it)",
+    )
     add("--json", action="store_true", help="print one JSON object")
     parser.set_defaults(run=run)
 
@@ -61,6 +72,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
 def run(args: argparse.Namespace) -> int:
     """Calibrate, print the result on stdout, and return the exit code."""
     body = read_body(args.body)
+    _check_covariance(args, body)
     recording = read_pairs(args.pairs)
     rays = read_rays(args.predict) if args.predict else None
     model = args.model or default_model(body, recording.upperarm is not None)
@@ -75,6 +87,14 @@ def run(args: argparse.Namespace) -> int:
     else:
         _show(Console(), fit, recording, rays, spots)
     return 0
+
+
+def _check_covariance(args: argparse.Namespace, body: Body) -> None:
+    if args.free_body and body.covariance is None:
+        raise ConfigError(
+            f"{args.body} has no covariance_m2, within which --free-body lets the measures move: write a body file "
+            "that has it with `armspan body --height-m 1.75 --out BODY.toml`, or leave --free-body out"
+        )
 
 
 def _check_bands(path: Path, model: Model, rays: Recording | None) -> None:
@@ -137,7 +157,7 @@ def _spots(fit: Fit, rays: Recording, anywhere: bool) -> list[Spot]:
 
 def _document(fit: Fit, solve_ms: float) -> dict[str, Any]:
     residuals = [float(np.degrees(stop.residual)) for stop in fit.stops]
-    return {
+    document = {
         "model": fit.model,
         "method": fit.method,
         "sheet_from_user": {"xyz_m": fit.xyz.tolist(), "yaw_rad": fit.yaw},
@@ -151,6 +171,17 @@ def _document(fit: Fit, solve_ms: float) -> dict[str, Any]:
         "condition": fit.condition,
         "solve_ms": solve_ms,
     }
+    if fit.parameters:
+        document |= {"parameters": [dataclasses.asdict(p) for p in fit.parameters], "body": _measures(fit.body)}
+    return document
+
+
+def _measures(body: Body) -> dict[str, Any]:
+    """The body in use, in the keys of a body file; its doubt is told by the parameters."""
+    known = {"arm": body.arm, "eye_height_m": body.eye_height_m, "shoulder_to_eye_m": body.shoulder_to_eye_m}
+    known["shoulder_to_fingertip_m"] = body.shoulder_to_fingertip_m
+    limbs = {"upper_arm_m": body.upper_arm_m, "elbow_to_fingertip_m": body.elbow_to_fingertip_m}
+    return known | {key: value for key, value in limbs.items() if value is not None}
 
 
 def _label(stop: str) -> int | str:
@@ -179,9 +210,29 @@ def _show(console: Console, fit: Fit, recording: Recording, rays: Recording | No
             left_out = "" if stop.used else "left out"
             stops.add_row(escape(stop.stop), f"{np.degrees(stop.residual):.2f}", str(stop.pairs), left_out)
         console.print(stops)
+    if fit.parameters:
+        console.print(_parameters_table(fit.parameters))
     if rays is not None:
         console.print(_spots_table(rays, spots))
     console.print(verdict(fit, len(recording.times)), soft_wrap=True)
+
+
+def _parameters_table(parameters: tuple[Parameter, ...]) -> Table:
+    table = Table("parameter", "found", "± 1 sd", "prior", "± 1 sd", "verdict", title="parameters")
+    for parameter in parameters:
+        numbers = (parameter.value, parameter.sd, parameter.prior, parameter.prior_sd)
+        table.add_row(
+            f"{parameter.name} \\[{'deg' if parameter.unit == 'rad' else 'm'}]",
+            *(_cell(number, parameter.unit) for number in numbers),
+            parameter.verdict,
+        )
+    return table
+
+
+def _cell(number: float | None, unit: str) -> str:
+    if number is None:
+        return "-"
+    return f"{np.degrees(number):.1f}" if unit == "rad" else f"{number:.3f}"
 
 
 def _spots_table(rays: Recording, spots: list[Spot]) -> Table:

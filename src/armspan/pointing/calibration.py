@@ -16,6 +16,7 @@ from armspan.pointing.least_squares import Problem, angles, linearise, robust_co
 from armspan.pointing.misfits import leave_out_misfits
 from armspan.pointing.nelder_mead import nelder_mead, nelder_mead_report
 from armspan.pointing.pairs import Area, Pairs, area, check_layout
+from armspan.pointing.parameters import Parameter, parameters
 from armspan.pointing.priors import Priors, Refined, pitched, refine
 from armspan.pointing.rays import arm_rays
 from armspan.records import Body, Model
@@ -72,7 +73,8 @@ class Fit:
     ``xyz`` (3,) [m] and ``yaw`` [rad]; ``covariance`` (4, 4) over (x, y, z, yaw); ``rms`` [rad] the residual
     angle; ``sigma`` [rad] the pointing noise per axis; ``condition`` the condition number of the problem with
     each parameter in its own unit; ``cost`` the robust cost [rad²]; ``area`` where the points of still pairs
-    lay. ``body`` and ``pitch`` [rad] are as assumed, or as found under priors. With a ``laser`` the rays are its beams.
+    lay. ``body`` and ``pitch`` [rad] are as assumed, or as found under priors, with which ``parameters`` tell
+    what the data determined. With a ``laser`` the rays are its beams.
     """
 
     body: Body
@@ -90,6 +92,7 @@ class Fit:
     area: Area | None = None
     pitch: float = 0.0
     laser: LaserSettings | None = None
+    parameters: tuple[Parameter, ...] = ()
 
     def transform(self) -> Transform:
         """``sheet_from_user``."""
@@ -141,7 +144,10 @@ def calibrate(
     xyz = centre - turn @ found.place[:3]
     covariance = _of_transform(found.covariance, turn, found.place)
     fit = _fit(found, told, pairs, model=model, method=method, z_up=z_up, xyz=xyz, covariance=covariance)
-    return replace(fit, laser=laser)
+    if priors:
+        known = parameters(np.array([*xyz, fit.yaw]), covariance, body, found, priors, z_up=z_up)
+        fit = replace(fit, parameters=known)
+    return fit if laser is None else replace(fit, laser=laser)
 
 
 def _fit(

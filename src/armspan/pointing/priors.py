@@ -4,9 +4,12 @@ The most probable place under these priors (MAP) is found from the plain fit by 
 optional path, so plain code matters more than its few milliseconds. The eye's height is never freed: it and the
 sheet's height are one number to the rays (the scene may be lifted with the eye), so where the plane's height is
 told, the doubt about the eye's height widens that prior instead.
+
+Measures move along the axes of their covariance in which there is any doubt, so that one measured exactly stays
+where it is.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import msgspec
 import numpy as np
@@ -28,6 +31,10 @@ TABLE_SD = 0.01
 """How well a table's height is measured with a tape [m], floor and sheet included."""
 
 
+_SURE_M = 1e-5
+"""Doubt [m] of a measure that is as good as none: no tape shows it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Priors:
     """What to assume; None or False leaves a quantity as it is.
@@ -47,13 +54,63 @@ class Priors:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Refined:
-    """A place (4,) with its covariance (4, 4), the body and the band's pitch [rad] it holds for, and its problem."""
+    """A place (4,) with its covariance (4, 4), the body and the band's pitch [rad] it holds for, and its problem.
+
+    ``doubt`` (5,) are the standard deviations of (forward, left, up, arm length) [m] and pitch [rad].
+    """
 
     place: Array
     covariance: Array
     body: Body
     pitch: float
     problem: Problem
+    doubt: Array = field(default_factory=lambda: np.zeros(5))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Freedom:
+    """What may move: (forward, left, up, arm length, pitch) = ``spread`` (5, r) times r independent unit normals.
+
+    The plane's height is known to ``plane_sd`` [m] once the eye's height is expected ``eye_by_measures`` (4,)
+    times the change of the measures higher; it is infinite where no plane is told.
+    """
+
+    spread: Array
+    plane_sd: float
+    eye_by_measures: Array
+
+    @property
+    def prior_sd(self) -> Array:
+        """Standard deviations (5,) of (forward, left, up, arm length) [m] and pitch [rad] before any pair."""
+        return np.asarray(np.sqrt((self.spread**2).sum(axis=1)))
+
+
+def freedom(body: Body, priors: Priors) -> Freedom:
+    """What ``priors`` let move of a body.
+
+    Raises:
+        CalibrationError: if the measures are to be freed but their covariance is not known.
+
+    """
+    if priors.measures and body.covariance is None:
+        raise CalibrationError(
+            "The body's measures cannot be freed without their covariance: give covariance_m2, or leave them be"
+        )
+    covariance = np.zeros((5, 5)) if body.covariance is None else np.reshape(body.covariance, (5, 5))
+    axes = _root(covariance[1:, 1:]) if priors.measures else np.zeros((4, 0))
+    pitch = np.zeros((5, 0)) if priors.pitch_sd is None else priors.pitch_sd * np.eye(5)[:, 4:]
+    spread = np.hstack([np.vstack([axes, np.zeros((1, axes.shape[1]))]), pitch])
+    eye_by_measures = covariance[0, 1:] @ np.linalg.pinv(axes @ axes.T, rcond=1e-9, hermitian=True)
+    eye_variance = max(0.0, float(covariance[0, 0] - eye_by_measures @ covariance[1:, 0]))
+    plane_sd = np.inf if priors.plane_height is None else float(np.hypot(priors.plane_height[1], np.sqrt(eye_variance)))
+    return Freedom(spread, plane_sd, eye_by_measures)
+
+
+def _root(covariance: Array) -> Array:
+    """(4, r) with root @ root.T the covariance, r its rank: directions without doubt are left out."""
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2.0)
+    doubtful = values > _SURE_M**2
+    return np.asarray(vectors[:, doubtful] * np.sqrt(values[doubtful]))
 
 
 def pitched(user_from_forearm: Array, pitch: float) -> Array:
@@ -79,23 +136,27 @@ def refine(
         CalibrationError: if the measures are to be freed but their covariance is not known.
 
     """
-    spread, doubt = _doubts(plain.body, priors)
+    free = freedom(plain.body, priors)
+    height = floor + (0.0 if priors.plane_height is None else priors.plane_height[0])
 
     def moved(freed: Array) -> tuple[Body, float, Problem]:
-        body, pitch = _changed(plain.body, freed, priors)
+        body, pitch = _changed(plain.body, freed[:4]), float(freed[4])
         forearm = pitched(pairs.user_from_forearm, pitch)
         origins, directions = arm_rays(body, forearm, pairs.user_from_upperarm, model, laser)
         return body, pitch, replace(plain.problem, origins=origins, directions=directions)
 
     def whitened(x: Array) -> Array:
-        problem = moved(x[4:])[2]
+        freed = free.spread @ x[4:]
+        problem = moved(freed)[2]
         seen = _robust(miss(problem, x[:4]), problem) / sigma
-        height = [] if priors.plane_height is None else [(x[2] - floor - priors.plane_height[0]) / doubt]
-        return np.concatenate([seen.ravel(), np.linalg.solve(spread, x[4:]), height])
+        lifted = (x[2] + free.eye_by_measures @ freed[:4] - height) / free.plane_sd
+        return np.array([*seen.ravel(), *x[4:], lifted])
 
-    found = least_squares(whitened, np.concatenate([plain.place, np.zeros(len(spread))]), x_scale="jac")
-    covariance = np.linalg.inv(found.jac.T @ found.jac)[:4, :4]
-    return Refined(found.x[:4], covariance, *moved(found.x[4:]))
+    start = np.concatenate([plain.place, np.zeros(free.spread.shape[1])])
+    found = least_squares(whitened, start, x_scale="jac")
+    covariance = np.linalg.inv(found.jac.T @ found.jac)
+    doubt = np.sqrt(np.maximum(np.diagonal(free.spread @ covariance[4:, 4:] @ free.spread.T), 0.0))
+    return Refined(found.x[:4], covariance[:4, :4], *moved(free.spread @ found.x[4:]), doubt)
 
 
 def _robust(misses: Array, problem: Problem) -> Array:
@@ -105,36 +166,17 @@ def _robust(misses: Array, problem: Problem) -> Array:
     return np.asarray(misses * (np.sqrt(problem.weights) * shrink)[:, None])
 
 
-def _doubts(body: Body, priors: Priors) -> tuple[Array, float]:
-    """The Cholesky factor of the freed quantities' covariance, and the plane's doubt [m]."""
-    covariance = np.zeros((5, 5)) if body.covariance is None else np.reshape(body.covariance, (5, 5))
-    doubts = float(np.hypot(priors.plane_height[1], np.sqrt(covariance[0, 0]))) if priors.plane_height else 0.0
-    if priors.measures and body.covariance is None:
-        raise CalibrationError(
-            "The body's measures cannot be freed without their covariance: give covariance_m2, or leave them be"
-        )
-    free = 4 if priors.measures else 0
-    spread = np.zeros((free + 1, free + 1)) if priors.pitch_sd is not None else np.zeros((free, free))
-    if priors.measures:
-        spread[:4, :4] = np.linalg.cholesky(covariance[1:, 1:])
-    if priors.pitch_sd is not None:
-        spread[-1, -1] = priors.pitch_sd
-    return spread, doubts
-
-
-def _changed(body: Body, freed: Array, priors: Priors) -> tuple[Body, float]:
-    """The body with its shoulder and arm moved by the freed measures [m], and the pitch [rad]."""
-    pitch = float(freed[-1]) if priors.pitch_sd is not None else 0.0
-    if not priors.measures:
-        return body, pitch
+def _changed(body: Body, freed: Array) -> Body:
+    """The body with its shoulder and arm moved by the freed measures (4,) [m]."""
+    if not freed.any():
+        return body
     forward, left, up = (float(a + b) for a, b in zip(body.shoulder_to_eye_m, freed[:3], strict=True))
     arm = body.shoulder_to_fingertip_m + float(freed[3])
     ratio = arm / body.shoulder_to_fingertip_m
-    changed = msgspec.structs.replace(
+    return msgspec.structs.replace(
         body,
         shoulder_to_eye_m=(forward, left, up),
         shoulder_to_fingertip_m=arm,
         upper_arm_m=None if body.upper_arm_m is None else body.upper_arm_m * ratio,
         elbow_to_fingertip_m=None if body.elbow_to_fingertip_m is None else body.elbow_to_fingertip_m * ratio,
     )
-    return changed, pitch
