@@ -4,6 +4,8 @@ import math
 import tomllib
 from pathlib import Path
 
+import numpy as np
+
 from armspan.errors import ConfigError, known_names
 from armspan.records import Arm, Body, Vec3
 
@@ -111,6 +113,10 @@ def _arm(value: object, where: str) -> Arm:
     raise ConfigError(f"{where}: [body] arm = {value!r}, but it is 'left' or 'right'")
 
 
+_DOUBT_LIMIT_M = 0.3
+"""Standard deviation of a measure [m] above which its unit is in doubt; nobody knows so little of a body."""
+
+
 def _covariance(value: object, where: str) -> tuple[float, ...] | None:
     if value is None:
         return None
@@ -119,4 +125,52 @@ def _covariance(value: object, where: str) -> tuple[float, ...] | None:
             f"{where}: [body] covariance_m2 needs 25 numbers [m²], 5 rows of 5 over (eye height, forward, left, up, "
             "arm length): write them in one list, or leave it out"
         )
-    return tuple(_number(item, "covariance_m2", where) for item in value)
+    numbers = tuple(_number(item, "covariance_m2", where) for item in value)
+    matrix = np.reshape(numbers, (5, 5))
+    if not np.allclose(matrix, matrix.T, atol=1e-7) or np.linalg.eigvalsh((matrix + matrix.T) / 2.0)[0] < -1e-7:
+        raise ConfigError(
+            f"{where}: [body] covariance_m2 is no covariance, which is symmetric and has no negative direction: let "
+            "`armspan body` write it, or leave it out"
+        )
+    if matrix.max() > _DOUBT_LIMIT_M**2:
+        raise ConfigError(
+            f"{where}: [body] covariance_m2 holds {matrix.max():g}, a doubt of {np.sqrt(matrix.max()):.1f} m, but it "
+            "is in square metres, 0.000064 for 8 mm: write it so, or leave it out"
+        )
+    return numbers
+
+
+def write_body(path: Path, body: Body, note: str) -> None:
+    """Write a body file that says under a comment where its measures come from; an existing file is kept.
+
+    Raises:
+        ConfigError: if the file exists or cannot be written.
+
+    """
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(body_text(body, note))
+    except FileExistsError:
+        raise ConfigError(f"{path} exists and is kept: name another file with --out") from None
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written: {error.strerror}") from None
+
+
+def body_text(body: Body, note: str) -> str:
+    """The table ``[body]`` as `read_body` takes it: metres to the tenth of a millimetre, doubts to the square of it."""
+    forward, left, up = body.shoulder_to_eye_m
+    lines = [*(f"# {line}" for line in note.splitlines()), "[body]", f"eye_height_m = {body.eye_height_m:.4f}"]
+    lines += [
+        f"shoulder_to_eye_m = [{forward:.4f}, {left:.4f}, {up:.4f}]  # from the shoulder's pivot: forward, left, up",
+        f"shoulder_to_fingertip_m = {body.shoulder_to_fingertip_m:.4f}",
+    ]
+    if body.upper_arm_m is not None and body.elbow_to_fingertip_m is not None:
+        lines += [f"upper_arm_m = {body.upper_arm_m:.4f}", f"elbow_to_fingertip_m = {body.elbow_to_fingertip_m:.4f}"]
+    lines.append(f'arm = "{body.arm}"')
+    if body.covariance is not None:
+        rows = np.reshape(body.covariance, (5, 5))
+        lines.append("# over eye height, forward, left, up, arm length")
+        lines.append("covariance_m2 = [")
+        lines += ["    " + ", ".join(f"{value:.8f}" for value in row) + "," for row in rows]
+        lines.append("]")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,80 @@
+"""The networks of BlazePose and of the hand landmarks, run by LiteRT on the CPU.
+
+They are published with MediaPipe (Apache-2.0): Bazarevsky et al. 2020, "BlazePose: On-device Real-time Body Pose
+tracking", and Zhang et al. 2020, "MediaPipe Hands: On-device Real-time Hand Tracking".
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armspan.errors import DeviceError, MissingExtra
+from armspan.frames import Array
+
+Network: TypeAlias = Callable[[NDArray[np.float32]], list[Array]]
+"""A picture (height, width, 3) in, the outputs in the file's order out, each without its first axis, of length one."""
+
+DETECTOR = "pose_detection.tflite"
+BODY = "pose_landmark_full.tflite"
+FINE_BODY = "pose_landmark_heavy.tflite"
+"""Used in place of `BODY` where it is there."""
+HAND = "hand_landmark_full.tflite"
+
+_THREADS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Networks:
+    """What finds people, what finds a body's points, what finds a hand's."""
+
+    detector: Network
+    body: Network
+    hand: Network
+    name: str
+    """What a skeleton's source is called."""
+
+
+def open_networks(weights: Path) -> Networks:
+    """The networks in a folder.
+
+    Raises:
+        DeviceError: a file is missing or is no network.
+        MissingExtra: LiteRT is not installed.
+
+    """
+    fine = (weights / FINE_BODY).is_file()
+    return Networks(
+        detector=_open(weights / DETECTOR),
+        body=_open(weights / (FINE_BODY if fine else BODY)),
+        hand=_open(weights / HAND),
+        name=f"BlazePose ({'heavy' if fine else 'full'})",
+    )
+
+
+def _open(path: Path) -> Network:
+    try:
+        from ai_edge_litert.interpreter import Interpreter
+    except ImportError:
+        raise MissingExtra("ai-edge-litert", "picture") from None
+    if not path.is_file():
+        raise DeviceError(
+            f"{path} is not there, and without it no picture can be measured: run `armspan body --set-up`"
+        )
+    try:
+        interpreter = Interpreter(str(path), num_threads=_THREADS)
+        interpreter.allocate_tensors()
+    except (ValueError, RuntimeError):
+        raise DeviceError(f"{path} is no network that LiteRT can read: run `armspan body --set-up` again") from None
+    entry = interpreter.get_input_details()[0]["index"]
+    exits = [detail["index"] for detail in interpreter.get_output_details()]
+
+    def run(picture: NDArray[np.float32]) -> list[Array]:
+        interpreter.set_tensor(entry, picture[None])
+        interpreter.invoke()
+        return [np.asarray(interpreter.get_tensor(index)[0], float) for index in exits]
+
+    return run
