@@ -8,6 +8,7 @@ from typing import NoReturn
 
 from armspan import __version__
 from armspan.cli import (
+    body,
     calibrate,
     check,
     demo,
@@ -18,6 +19,7 @@ from armspan.cli import (
     replay,
     run,
     spot,
+    study,
     swarm,
     takes,
     train,
@@ -25,7 +27,24 @@ from armspan.cli import (
 )
 from armspan.errors import ArmspanError
 
-_VERBS = (demo, run, swarm, init, calibrate, record, takes, train, evaluate, spot, replay, check, emulate, wire)
+_VERBS = (
+    demo,
+    run,
+    swarm,
+    init,
+    body,
+    calibrate,
+    record,
+    takes,
+    train,
+    evaluate,
+    spot,
+    study,
+    replay,
+    check,
+    emulate,
+    wire,
+)
 
 
 class _OneLine(argparse.ArgumentParser):
