@@ -166,9 +166,9 @@ def crouching() -> Pixels:
         (
             skeleton(film(Person().t_pose()), "lan", "ran", "lheel", "rheel").points,
             None,
-            "The feet are not in the picture: step back",
+            "The feet are not seen: show the whole body",
         ),
-        (film(Person().t_pose(), distance=2.0), SIZE, "The feet are not in the picture: step back"),
+        (film(Person().t_pose(), distance=2.0), SIZE, "The feet are not seen: show the whole body"),
         (skeleton(film(Person().t_pose()), "crown", "leye", "reye").points, None, "The eyes are not seen"),
         (crouching(), None, r"A knee is bent by \d+ degrees, .*: stand upright, or use the printed marker"),
     ],

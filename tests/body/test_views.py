@@ -340,6 +340,12 @@ def test_an_arm_that_is_not_all_there(point: str, name: str) -> None:
     refused(pixels | {point: (-30.0, y, 0.9)}, "front", f"The right {name} lies outside the picture: step back")
 
 
+def test_an_arm_that_ends_outside_is_said_before_an_unsure_elbow() -> None:
+    pixels = film(Person().t_pose())
+    cut = pixels | {"rel": (5.0, pixels["rel"][1], 0.1), "rwr": (-30.0, pixels["rwr"][1], 0.1)}
+    refused(cut, "front", "The right wrist lies outside the picture: step back")
+
+
 @pytest.mark.parametrize("view", ["front", "side"])
 def test_a_bent_elbow(view: View) -> None:
     pixels = film(Person().t_pose()) if view == "front" else film(Person().pointing(slope=0.0, bend=28.0), "right")

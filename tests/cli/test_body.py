@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from armspan.config.body_file import read_body
-from command_line import code_of, fresh
+from command_line import code_of, contents, fresh
 from filmed_person import Person, film
 from skeleton_files import openpose
 
@@ -144,12 +144,15 @@ def test_a_value_far_from_the_prior_is_left_out_and_said(files, capsys):
     [
         ('{"hello": 1}', "expected OpenPose"),
         ("[1, 2", "begins like JSON"),
+        ("[" * 100_000, "begins like JSON"),
+        ('{"people": "\udcff"}', "begins like JSON"),  # a byte that no UTF-8 holds
+        ('\ufeff{"version": 1.3, "people": []}', "nobody"),  # as editors on Windows save it
         ('{"version": 1.3, "people": []}', "nobody"),
     ],
 )
 def test_files_of_another_kind(text, words, tmp_path, capsys):
     path = tmp_path / "odd.json"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8", errors="surrogateescape")
     assert words in refusal(capsys, *TOLD, "--front", str(path))
 
 
@@ -161,6 +164,19 @@ def test_options_that_do_not_go_together(files, capsys):
     assert "go with --backend" in refusal(capsys, *TOLD, *views(folder), "--checkpoint", "net.pkl")
     assert "1920x1080" in refusal(capsys, *TOLD, *views(folder), "--size", "big")
     assert "--person 2 does not exist" in refusal(capsys, *TOLD, *views(folder), "--person", "2")
+    assert "--person 0 does not exist" in refusal(capsys, *TOLD, *views(folder), "--person", "0")
+    assert "There is no picture" in refusal(capsys, *TOLD, "--person", "1")
+
+
+def test_where_nothing_can_be_written_nothing_is(files, capsys):
+    folder, _ = files
+    before = contents(folder)
+    front, out = str(folder / "front.json"), str(folder / "me.toml")
+    for place in (front, front + "/kept"):
+        assert "--keep" in refusal(capsys, *TOLD, *views(folder), "--keep", place, "--out", out, "--delete-pictures")
+    assert "is no folder" in refusal(capsys, *TOLD, *views(folder), "--out", str(folder / "none" / "me.toml"))
+    assert "cannot be written" in refusal(capsys, "body", "--print-marker", str(folder / "none" / "sheet.pdf"))
+    assert contents(folder) == before
 
 
 def test_the_marker_sheet(tmp_path, capsys):

@@ -14,7 +14,7 @@ what = open(checkpoint).read()
 if what == "fails":
     sys.exit("boom\\nCUDA is not available")
 if what == "answers":
-    answer = [module, os.path.basename(picture), os.environ["TORCH_FORCE_NO_WEIGHTS_ONLY_LOAD"]]
+    answer = [module, open(picture).read(), os.environ["TORCH_FORCE_NO_WEIGHTS_ONLY_LOAD"]]
     json.dump(answer, open(written, "w"))
 """
 
@@ -31,11 +31,11 @@ def stand_in(tmp_path):
 def ask(stand_in, what):
     checkpoint = stand_in.parent / "net.pkl"
     checkpoint.write_text(what)
-    return predict(stand_in.parent / "me.jpg", checkpoint, stand_in)
+    return predict(stand_in.parent / "me.jpg", b"upright", checkpoint=checkpoint, python=stand_in)
 
 
 def test_the_answer_of_the_other_process(stand_in):
-    assert ask(stand_in, "answers") == ["openpifpaf.predict", "me.jpg", "1"]
+    assert ask(stand_in, "answers") == ["openpifpaf.predict", "upright", "1"]
 
 
 def test_a_failure_is_told_by_its_last_line(stand_in):
@@ -52,12 +52,12 @@ def test_no_answer(stand_in):
 def test_this_environment_does_not_hold_it(tmp_path):
     (tmp_path / "net.pkl").write_bytes(b"")
     with pytest.raises(DataError, match="openpifpaf"):
-        predict(tmp_path / "me.jpg", tmp_path / "net.pkl", Path(sys.executable))
+        predict(tmp_path / "me.jpg", b"", checkpoint=tmp_path / "net.pkl", python=Path(sys.executable))
 
 
 def test_files_that_are_not_there(tmp_path, stand_in):
     with pytest.raises(ConfigError, match="--checkpoint"):
-        predict(tmp_path / "me.jpg", tmp_path / "none.pkl", stand_in)
+        predict(tmp_path / "me.jpg", b"", checkpoint=tmp_path / "none.pkl", python=stand_in)
     (tmp_path / "net.pkl").write_text("answers")
     with pytest.raises(ConfigError, match="--python"):
-        predict(tmp_path / "me.jpg", tmp_path / "net.pkl", tmp_path / "nothing")
+        predict(tmp_path / "me.jpg", b"", checkpoint=tmp_path / "net.pkl", python=tmp_path / "nothing")

@@ -22,11 +22,16 @@ Look: TypeAlias = Callable[[Prior], Seen]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Measured:
-    """What was expected of the person before any view, what came out, and what is to be known of how."""
+    """What was expected of the person before any view, what each view told, and what came out."""
 
     prior: Prior
+    seen: tuple[Seen, ...]
     fused: Fused
-    notes: tuple[str, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What is to be known of how it was seen, each note once."""
+        return tuple(dict.fromkeys(note for one in self.seen for note in one.notes))
 
 
 def measure(told: Told, looks: Sequence[Look] = ()) -> Measured:
@@ -45,8 +50,7 @@ def measure(told: Told, looks: Sequence[Look] = ()) -> Measured:
         known = _by_eye_height(told, _observations(seen))
         seen = [look(known) for look in looks]
     used = [one for one in _observations(seen) if told.height_m is not None or one.measure != "eye height"]
-    notes = tuple(dict.fromkeys(note for one in seen for note in one.notes))
-    return Measured(known, fuse(known, _shared(used)), notes)
+    return Measured(known, tuple(seen), fuse(known, _shared(used)))
 
 
 def _observations(seen: Sequence[Seen]) -> list[Observation]:

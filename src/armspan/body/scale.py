@@ -179,7 +179,7 @@ def _foot(points: dict[str, Keypoint], sole: float) -> tuple[str, Array, float, 
         return "heels", heels, HEEL_HEIGHT + sole, HEEL_SD
     if (ankles := middle(points, "lan", "ran")) is not None:
         return "ankles", ankles, ANKLE_HEIGHT + sole, ANKLE_SD
-    raise DataError("The feet are not in the picture: step back until the whole body is, or use the printed marker")
+    raise DataError("The feet are not seen: show the whole body down to the shoes, in good light")
 
 
 def _top(points: dict[str, Keypoint], prior: Prior) -> tuple[str, Array, float, float]:

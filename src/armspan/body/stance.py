@@ -62,18 +62,19 @@ def check_arm_is_there(skeleton: Skeleton, prior: Prior) -> None:
     """
     arm, trusted = prior.told.arm, skeleton.trusted()
     for joint, name in _JOINTS.items():
-        point = arm[0] + joint
-        if point in trusted:
-            continue
-        if skeleton.outside(point):
+        if skeleton.outside(arm[0] + joint):
             raise DataError(
                 f"The {arm} {name} lies outside the picture: step back until the stretched arm is all in it"
             )
+    for joint, name in _JOINTS.items():
+        point = arm[0] + joint
+        if point in trusted:
+            continue
         if point in skeleton.points:
             sure = skeleton.points[point][2]
             raise DataError(
                 f"The {arm} {name} was found with a confidence of {sure:.2f} only, and {TRUSTED:g} is needed: "
-                "take the picture again with more light and the whole arm free to see"
+                "have the whole pointing arm in the picture, on the camera's side and free to see, in good light"
             )
         raise DataError(
             f"The {arm} {name} was not found in the picture: show the whole arm, stretched, with nothing before it"

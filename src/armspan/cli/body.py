@@ -13,7 +13,7 @@ from armspan.body.marker_sheet import marker_pdf
 from armspan.body.measured import Measured, measure
 from armspan.body.told import Told
 from armspan.cli.body_answer import document, table
-from armspan.config.body_file import write_body
+from armspan.config.body_file import check_new, write_body
 from armspan.config.body_views import Side, View, Wanted, check_free, read_view
 from armspan.config.pifpaf import predict
 from armspan.config.weights import fetch_weights, weights_folder
@@ -37,7 +37,7 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
             "(barefoot, against a wall); every further measure narrows them. --front (facing the camera, arms "
             "stretched out to the sides, level) and --side (the pointing arm stretched forward, level, camera at that "
             "side) take a picture, or the JSON of OpenPose, openpifpaf, COCO or MediaPipe. Camera at chest height, "
-            "level, 4 m away. Pictures are read where they lie and never copied."
+            "level, 4 m away. Pictures are read where they lie, and nothing of them is kept unless --keep asks for it."
         ),
         epilog=(
             "The dominant eye: point at a small thing far off, both eyes open, and close the left one; if the finger "
@@ -97,14 +97,16 @@ def run(args: argparse.Namespace) -> int:
     if args.set_up:
         print(f"The networks are in {fetch_weights(weights_folder(), _say)}")
         return 0
+    if args.out:
+        check_new(args.out)
     if args.keep:
         check_free(args.keep, [side for side in get_args(Side) if getattr(args, side)])
     told, views = _told(args), _views(args)
     found = measure(told, [view.measured for view in views])
-    if args.out:
-        write_body(args.out, found.fused.body, _note(args, views))
     if args.keep:
         _keep(args.keep, views, found)
+    if args.out:
+        write_body(args.out, found.fused.body, _note(args, views))
     if args.json:
         sys.stdout.buffer.write(msgspec.json.encode(document(found)) + b"\n")
     else:
@@ -112,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
     _talk(args, found)
     if args.delete_pictures:
         for view in views:
-            view.path.unlink()
+            view.path.unlink(missing_ok=True)
     return 0
 
 
@@ -126,6 +128,8 @@ def _print_marker(path: Path) -> int:
             file.write(marker_pdf())
     except FileExistsError:
         raise ConfigError(f"{path} exists and is kept: name another file") from None
+    except OSError as error:
+        raise ConfigError(f"{path} cannot be written ({error.strerror}): name another file") from None
     print(f"{path} is written: print it on A4 at 100 %, and check its ruler of 100 mm")
     return 0
 
@@ -148,7 +152,8 @@ def _told(args: argparse.Namespace) -> Told:
 def _views(args: argparse.Namespace) -> list[View]:
     files: list[tuple[Path, Side]] = [(args.front, "front"), (args.side, "side")]
     named = [(path, side) for path, side in files if path is not None]
-    if not named and (args.marker or args.keep or args.delete_pictures or args.checkpoint):
+    asked = (args.marker, args.keep, args.delete_pictures, args.checkpoint, args.size, args.person is not None)
+    if not named and any(asked):
         raise ConfigError("There is no picture: name one with --front or --side, or leave the options for pictures out")
     wanted = Wanted(weights_folder(), args.size, args.person, args.marker, _backend(args))
     return [read_view(path, side, wanted) for path, side in named]
@@ -179,9 +184,8 @@ def _note(args: argparse.Namespace, views: list[View]) -> str:
 
 
 def _keep(folder: Path, views: list[View], found: Measured) -> None:
-    folder.mkdir(parents=True, exist_ok=True)
-    for view in views:
-        for path in view.keep(folder, found):
+    for view, seen in zip(views, found.seen, strict=True):
+        for path in view.keep(folder, seen, found.fused.body.arm):
             _say(f"armspan body: {path} is written")
 
 

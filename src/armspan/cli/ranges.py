@@ -6,10 +6,7 @@ import math
 
 def number(text: str, what: str, low: float, high: float) -> float:
     """A number in its range, for argparse."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = _value(text)
     if not low <= value <= high:
         raise argparse.ArgumentTypeError(f"{text!r} is not {what} from {low:g} to {high:g}")
     return value
@@ -17,10 +14,17 @@ def number(text: str, what: str, low: float, high: float) -> float:
 
 def integer(text: str, what: str, low: int, high: int) -> int:
     """A whole number in its range, for argparse."""
-    value = number(text, what, low, high)
-    if value != int(value):
+    value = _value(text)
+    if not (low <= value <= high and value == int(value)):
         raise argparse.ArgumentTypeError(f"{text!r} is not {what} from {low} to {high}")
     return int(value)
+
+
+def _value(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def port(text: str) -> int:

@@ -2,14 +2,17 @@
 
 import argparse
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict
 from functools import partial
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
+from tempfile import TemporaryFile
+from threading import Thread
 
 import msgspec
 from rich.console import Console
@@ -66,9 +69,9 @@ def _people(text: str) -> int:
 
 def run(args: argparse.Namespace) -> int:
     """Compute, draw, and print the results on stdout; the exit code is 0."""
+    recordings = read_error_recordings(args.recordings) if args.recordings else None
     if args.picture:
         _make(args.picture)
-    recordings = read_error_recordings(args.recordings) if args.recordings else None
     with _progress() as told, _mapper() as mapper:
         told("the report's section 1.3", 0, 1)
         found = reproduction()
@@ -87,10 +90,14 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _make(folder: Path) -> None:
+    """Make the folder, and see that pictures can be written into it before minutes are spent on them."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
+        TemporaryFile(dir=folder).close()
     except OSError as error:
-        raise ConfigError(f"{folder} cannot be made a folder for pictures: {error.strerror}") from None
+        raise ConfigError(
+            f"{folder} cannot be a folder for pictures ({error.strerror}): name another one with --picture"
+        ) from None
 
 
 @contextmanager
@@ -100,8 +107,33 @@ def _mapper() -> Iterator[Mapper]:
     if cores == 1:
         yield map
         return
-    with ProcessPoolExecutor(min(cores, 8), get_context("spawn")) as pool:
+    pool = ProcessPoolExecutor(min(cores, 8), get_context("spawn"), initializer=_end_with_parent)
+    try:
+        _start_deaf(pool, min(cores, 8))
         yield pool.map
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _start_deaf(pool: ProcessPoolExecutor, workers: int) -> None:
+    """Start the workers with Ctrl-C ignored, which they inherit: a terminal sends it to all, and one shall answer."""
+    heard = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        for _ in range(workers):
+            pool.submit(os.getpid)
+    finally:
+        signal.signal(signal.SIGINT, heard)
+
+
+def _end_with_parent() -> None:
+    """In a worker: end when the command is killed; a worker of a pool waits for its next task forever."""
+    Thread(target=_outlive, daemon=True).start()
+
+
+def _outlive() -> None:
+    if (parent := parent_process()) is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """What ``armspan study pointing-error`` found beyond the report, as tables of words."""
 
+import math
 from collections.abc import Iterable, Sequence
 
 from armspan.study.pointing_error.bands import BandRow
@@ -86,13 +87,17 @@ def _moving(rows: Iterable[SimulatedRow]) -> Table:
 
 
 def _followed(rows: Iterable[RealRow]) -> Table:
-    told = tuple((row.document(), row) for row in rows)
     cells = tuple(
-        (row.pairs, f"{row.seconds:.0f}", f"{row.fits}", f"{row.refused}", _mm(row.head), f"{d['rest_deg']:.1f}")
-        for d, row in told
+        (row.pairs, f"{row.seconds:.0f}", f"{row.fits}", f"{row.refused}", *_fitted(row.head, row.angle, row.fits))
+        for row in rows
     )
     columns = ("pairs", "seconds", "fits", "refused", "head off by mm", "rest of session, deg")
     return Table("Static and moving pairs, real sessions", columns, cells)
+
+
+def _fitted(head: float, angle: float, fits: int) -> tuple[str, str]:
+    """Millimetres and degrees; dashes where nothing was fitted."""
+    return (_mm(head), f"{math.degrees(angle):.1f}") if fits else ("-", "-")
 
 
 def _mm(metres: float) -> str:

@@ -140,6 +140,19 @@ def _covariance(value: object, where: str) -> tuple[float, ...] | None:
     return numbers
 
 
+def check_new(path: Path) -> None:
+    """See, before anything is measured, that a body file can be new there.
+
+    Raises:
+        ConfigError: if it exists, or its folder does not.
+
+    """
+    if path.exists():
+        raise ConfigError(f"{path} exists and is kept: name another file with --out")
+    if not path.parent.is_dir():
+        raise ConfigError(f"{path} cannot be written, as {path.parent} is no folder: name another file with --out")
+
+
 def write_body(path: Path, body: Body, note: str) -> None:
     """Write a body file that says under a comment where its measures come from; an existing file is kept.
 
@@ -153,7 +166,7 @@ def write_body(path: Path, body: Body, note: str) -> None:
     except FileExistsError:
         raise ConfigError(f"{path} exists and is kept: name another file with --out") from None
     except OSError as error:
-        raise ConfigError(f"{path} cannot be written: {error.strerror}") from None
+        raise ConfigError(f"{path} cannot be written ({error.strerror}): name another file with --out") from None
 
 
 def body_text(body: Body, note: str) -> str:

@@ -8,8 +8,7 @@ from typing import Literal, TypeAlias
 import msgspec
 
 from armspan.body.anthropometry import Prior
-from armspan.body.measured import Measured
-from armspan.body.picture.image import Picture, read_image
+from armspan.body.picture.image import Picture, png, read_image
 from armspan.body.picture.marker import Marker, find_marker, marker_scale
 from armspan.body.picture.overlay import overlay
 from armspan.body.picture.pose import find_people
@@ -18,10 +17,16 @@ from armspan.body.skeleton import Skeleton
 from armspan.body.skeleton_formats import read_skeletons, skeleton_document
 from armspan.body.views import Seen, observe
 from armspan.errors import ConfigError, DataError
+from armspan.records import Arm
 
 Side: TypeAlias = Literal["front", "side"]
-Backend: TypeAlias = Callable[[Path], object]
-"""Finds people in the picture of a file: the decoded JSON of one of the formats that `read_skeletons` knows."""
+Backend: TypeAlias = Callable[[Path, bytes], object]
+"""Finds people in a file's picture, which it gets as an upright PNG: the decoded JSON of a format that
+`read_skeletons` knows."""
+
+
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+"""What editors on Windows write before a JSON file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,16 +69,28 @@ class View:
         height, width = self.picture.pixels.shape[:2]
         return marker_scale(self.marker, self.skeleton, (width, height), focal, sole=prior.told.sole_m)
 
-    def keep(self, folder: Path, found: Measured) -> list[Path]:
-        """Write the points as a skeleton file, which may be edited and read again, and drawn into the picture."""
+    def keep(self, folder: Path, seen: Seen, arm: Arm) -> list[Path]:
+        """Write the points as a skeleton file, which may be edited and read again, and drawn into the picture.
+
+        Raises:
+            ConfigError: if the folder cannot be written.
+
+        """
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            return self._keep(folder, seen, arm)
+        except OSError as error:
+            raise ConfigError(
+                f"{error.filename or folder} cannot be written ({error.strerror}): name another folder with --keep"
+            ) from None
+
+    def _keep(self, folder: Path, seen: Seen, arm: Arm) -> list[Path]:
         points = folder / f"{self.side}.json"
         points.write_bytes(msgspec.json.format(msgspec.json.encode(skeleton_document(self.skeleton))) + b"\n")
         if self.picture is None:
             return [points]
         drawn = folder / f"{self.side}.png"
-        drawn.write_bytes(
-            overlay(self.picture.pixels, self.skeleton, marker=self.marker, notes=found.notes, arm=found.fused.body.arm)
-        )
+        drawn.write_bytes(overlay(self.picture.pixels, self.skeleton, marker=self.marker, notes=seen.notes, arm=arm))
         return [points, drawn]
 
 
@@ -87,6 +104,8 @@ def check_free(folder: Path, sides: Iterable[str]) -> None:
     for path in (folder / f"{side}{ending}" for side in sides for ending in (".json", ".png")):
         if path.exists():
             raise ConfigError(f"{path} exists and is kept: name another folder with --keep")
+    if folder.exists() and not folder.is_dir():
+        raise ConfigError(f"{folder} is a file, not a folder: name a folder with --keep")
 
 
 def read_view(path: Path, side: Side, wanted: Wanted) -> View:
@@ -97,7 +116,7 @@ def read_view(path: Path, side: Side, wanted: Wanted) -> View:
         DataError: if the file is neither, or nobody or several people are in it.
 
     """
-    data = _bytes(path)
+    data = _bytes(path).removeprefix(_BYTE_ORDER_MARK)
     if data.lstrip()[:1] in (b"{", b"["):
         if wanted.marker:
             raise ConfigError(f"{path} is a skeleton file, in which no marker can be seen: leave --marker out")
@@ -114,13 +133,15 @@ def _bytes(path: Path) -> bytes:
     except FileNotFoundError:
         raise DataError(f"{path} does not exist: name a picture, or a skeleton file in JSON") from None
     except OSError as error:
-        raise DataError(f"{path} cannot be read: {error.strerror}") from None
+        raise DataError(
+            f"{path} cannot be read ({error.strerror}): name a picture, or a skeleton file in JSON"
+        ) from None
 
 
 def _skeletons(data: bytes, path: Path, size: tuple[int, int] | None) -> list[Skeleton]:
     try:
         document = msgspec.json.decode(data)
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise DataError(f"{path} begins like JSON but is none ({error}): save the skeleton file again") from None
     return read_skeletons(document, str(path), size=size)
 
@@ -129,7 +150,8 @@ def _people(path: Path, picture: Picture, wanted: Wanted) -> list[Skeleton]:
     if wanted.backend is None:
         return find_people(picture.pixels, wanted.weights)
     height, width = picture.pixels.shape[:2]
-    return read_skeletons(wanted.backend(path), f"openpifpaf's answer to {path}", size=(width, height))
+    answer = wanted.backend(path, png(picture.pixels))
+    return read_skeletons(answer, f"openpifpaf's answer to {path}", size=(width, height))
 
 
 def _one(people: list[Skeleton], path: Path, person: int | None) -> Skeleton:
@@ -144,7 +166,7 @@ def _one(people: list[Skeleton], path: Path, person: int | None) -> Skeleton:
             f"{path} shows {len(ordered)} people: choose one with --person, from 1 on the left to {len(ordered)}, or "
             "take a picture of one alone"
         )
-    number = person or 1
+    number = 1 if person is None else person
     if not 1 <= number <= len(ordered):
         raise ConfigError(f"--person {number} does not exist: {path} shows {len(ordered)}, numbered from the left")
     return replace(ordered[number - 1], source=path.name)

@@ -9,6 +9,7 @@ from armspan.config.body_file import read_body
 from armspan.config.recordings import read_pairs
 from armspan.errors import DataError
 from armspan.frames import Array, rotation_from_quaternion
+from armspan.study.pointing_error.moving import REAL_SECONDS
 from armspan.study.pointing_error.recordings import Following, Gestures, Recordings, limb, numbered_places
 
 SESSIONS = ("circle_0", "triangle_2", "triangle_3")
@@ -78,6 +79,12 @@ def read_sessions(folder: Path) -> tuple[Following, ...]:
             raise DataError(
                 f"{folder / name}_head.csv has {len(head)} rows, but {name}.csv has {len(pairs.times)}: they belong "
                 "together row by row"
+            )
+        lasted = float(pairs.times[-1] - pairs.times[0])
+        if lasted <= max(REAL_SECONDS):
+            raise DataError(
+                f"{folder / name}.csv lasts {lasted:g} s, but more than {max(REAL_SECONDS):g} s are expected, of which "
+                "some are for the calibration and the rest for its test: name a longer recording"
             )
         forearm = rotation_from_quaternion(pairs.forearm)
         sessions.append(Following(body, pairs.times, forearm, pairs.points, head))

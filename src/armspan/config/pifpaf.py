@@ -11,9 +11,10 @@ from armspan.errors import ConfigError, DataError
 _PATIENCE = 600.0
 
 
-def predict(picture: Path, checkpoint: Path, python: Path) -> object:
-    """The decoded JSON of ``python -m openpifpaf.predict`` on one picture.
+def predict(picture: Path, png: bytes, *, checkpoint: Path, python: Path) -> object:
+    """The decoded JSON of ``python -m openpifpaf.predict`` on one picture, which the file ``picture`` holds.
 
+    It reads ``png``, the same turned upright, as it heeds no EXIF: from a folder that is deleted at once.
     The checkpoint is a pickle: torch runs what stands in it, so it must come from someone who is trusted.
 
     Raises:
@@ -23,8 +24,9 @@ def predict(picture: Path, checkpoint: Path, python: Path) -> object:
     """
     _check(checkpoint, python)
     with tempfile.TemporaryDirectory(prefix="armspan-") as folder:
-        written = Path(folder) / "predictions.json"
-        command = [str(python), "-m", "openpifpaf.predict", str(picture), "--checkpoint", str(checkpoint)]
+        upright, written = Path(folder) / "picture.png", Path(folder) / "predictions.json"
+        upright.write_bytes(png)
+        command = [str(python.absolute()), "-m", "openpifpaf.predict", str(upright), "--checkpoint", str(checkpoint)]
         _run([*command, "--json-output", str(written)], picture)
         try:
             return json.loads(written.read_text(encoding="utf-8"))

@@ -231,3 +231,19 @@ def png_bytes():
 
 def test_a_picture_of_hand_written_bytes_is_black():
     assert not read_image(png_bytes(), "p").pixels.any()
+
+
+def test_a_jpeg_of_which_part_would_be_guessed_is_refused_and_stray_bytes_are_not(capfd):
+    noise = np.random.default_rng(3).integers(0, 255, (200, 200, 3), np.uint8)
+    jpeg = written(noise)
+    stray = jpeg[:-2] + bytes(9) + jpeg[-2:]
+    assert read_image(stray, "p").size == (200, 200)
+    half = len(jpeg) // 2
+    with pytest.raises(DataError, match="p is a damaged JPEG file"):
+        read_image(jpeg[:half] + b"\xff\xd3" + jpeg[half + 2 :], "p")  # a restart in the midst
+    assert capfd.readouterr().err == ""
+
+
+def test_a_png_without_its_header_is_refused():
+    with pytest.raises(DataError, match="cut off or damaged"):
+        read_image(b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 0) + b"IEND" + bytes(4), "p")

@@ -52,6 +52,11 @@ def test_the_measured_lines_are_those_of_the_arm():
     assert colour_at(both, 220, 115) == colour_at(both, 280, 115) == MEASURED
 
 
+def test_a_sure_point_is_drawn_upon_an_unsure_one():
+    picture = drawn(points={"leye": (260.0, 80.0, 1.0), "rear": (260.0, 80.0, 0.1)})
+    assert colour_at(picture, 260, 80) == LEFT
+
+
 def test_without_a_fingertip_the_arm_ends_at_the_wrist():
     picture = drawn(points={name: point for name, point in POINTS.items() if name != "ridxtip"}, arm="right")
     assert colour_at(picture, 130, 151) == MEASURED

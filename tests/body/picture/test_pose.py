@@ -1,3 +1,4 @@
+import os
 import sys
 
 import numpy as np
@@ -68,6 +69,26 @@ def test_weights_that_are_none_are_one_sentence(tmp_path):
         (tmp_path / name).write_bytes(b"no network" * 100)
     with pytest.raises(DeviceError, match="no network that LiteRT can read"):
         open_networks(tmp_path)
+
+
+def test_a_network_under_anothers_name_is_one_sentence(weights, tmp_path):
+    for name, other in ((DETECTOR, DETECTOR), (BODY, HAND), (HAND, BODY)):
+        (tmp_path / name).write_bytes((weights / other).read_bytes())
+    with pytest.raises(DeviceError, match=r"landmark_full.tflite is another network than its name says"):
+        open_networks(tmp_path)
+
+
+def test_opening_the_networks_says_nothing(weights, monkeypatch, capfd):
+    import ai_edge_litert.interpreter as litert
+
+    class Talkative(litert.Interpreter):  # the library itself talks once in a process
+        def allocate_tensors(self):
+            os.write(2, b"INFO: Created a delegate.\n")
+            super().allocate_tensors()
+
+    monkeypatch.setattr(litert, "Interpreter", Talkative)
+    open_networks(weights)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_a_missing_package_is_named(monkeypatch, tmp_path):

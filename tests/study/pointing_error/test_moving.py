@@ -75,6 +75,15 @@ def test_the_head_is_told_from_where_it_was():
     assert rows[0].document()["head_mm"] == pytest.approx(300.0, abs=0.1)
 
 
+def test_a_segment_that_falls_into_a_gap_counts_as_refused():
+    whole = session(60.0)
+    kept = (whole.times < 1.0) | (whole.times > 59.0)
+    gappy = Following(BODY, *(part[kept] for part in (whole.times, whole.forearm, whole.points, whole.head)))
+    rows = real([gappy], np.random.default_rng(0), segments=4)
+    assert all(row.fits + row.refused == 4 for row in rows)
+    assert max(row.refused for row in rows if row.seconds == 5.0) >= 3  # two seconds of sixty are there
+
+
 def test_a_flawless_arm_misses_at_no_speed():
     parts = miss_by_speed([session()])
     assert [pace for pace, _ in parts] == sorted(pace for pace, _ in parts)

@@ -8,6 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from armspan.body.picture.native import stderr_kept
 from armspan.errors import DataError, MissingExtra
 
 Pixels: TypeAlias = NDArray[np.uint8]
@@ -104,7 +105,8 @@ def _whole(kind: str, data: bytes) -> bool:
     if kind == "JPEG":
         return any(marker == 0xD9 for marker, _ in _jpeg_segments(data))
     if kind == "PNG":
-        return any(name == b"IEND" for name, _ in _png_chunks(data))
+        names = [name for name, _ in _png_chunks(data)]
+        return names[:1] == [b"IHDR"] and b"IEND" in names
     return len(data) >= 8 + int.from_bytes(data[4:8], "little")
 
 
@@ -207,13 +209,27 @@ def _decoded(data: bytes, kind: str, where: str) -> Pixels:
         )
     try:
         flags = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
-        pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+        with stderr_kept() as said:
+            pixels = cv2.imdecode(np.frombuffer(data, np.uint8), flags)
+            said.seek(0)
+            complaint = said.read()
     except cv2.error:
         pixels = None
-    if pixels is None:
+    if pixels is None or _guessed(complaint):
         raise DataError(f"{where} is a damaged {kind} file: copy or upload it again, or save it anew as JPEG")
     turned: Pixels = pixels[:, :, ::-1]
     return turned
+
+
+def _guessed(complaint: bytes) -> bool:
+    """Whether libjpeg tells that it guessed a part; it tells of bytes too many as well, which harm nothing."""
+    return b"corrupt jpeg data" in complaint.lower() and b"extraneous bytes" not in complaint
+
+
+def png(pixels: Pixels) -> bytes:
+    """A picture as the bytes of a PNG file."""
+    _, data = opencv().imencode(".png", np.ascontiguousarray(pixels[:, :, ::-1]))
+    return bytes(data.tobytes())
 
 
 def _claimed_pixels(kind: str, data: bytes) -> int:

@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from armspan.body.picture.native import stderr_kept
 from armspan.errors import DeviceError, MissingExtra
 from armspan.frames import Array
 
@@ -24,6 +25,8 @@ FINE_BODY = "pose_landmark_heavy.tflite"
 """Used in place of `BODY` where it is there."""
 HAND = "hand_landmark_full.tflite"
 
+_FORMS = {DETECTOR: (224, 2), BODY: (256, 5), FINE_BODY: (256, 5), HAND: (224, 4)}
+"""Side of the picture that goes in [px], and how many outputs come out: what tells the networks apart."""
 _THREADS = 2
 
 
@@ -42,7 +45,7 @@ def open_networks(weights: Path) -> Networks:
     """The networks in a folder.
 
     Raises:
-        DeviceError: a file is missing or is no network.
+        DeviceError: a file is missing, or is no network or another one.
         MissingExtra: LiteRT is not installed.
 
     """
@@ -65,16 +68,18 @@ def _open(path: Path) -> Network:
             f"{path} is not there, and without it no picture can be measured: run `armspan body --set-up`"
         )
     try:
-        interpreter = Interpreter(str(path), num_threads=_THREADS)
-        interpreter.allocate_tensors()
+        with stderr_kept():  # LiteRT tells of its delegate there
+            interpreter = Interpreter(str(path), num_threads=_THREADS)
+            interpreter.allocate_tensors()
     except (ValueError, RuntimeError):
         raise DeviceError(f"{path} is no network that LiteRT can read: run `armspan body --set-up` again") from None
-    entry = interpreter.get_input_details()[0]["index"]
-    exits = [detail["index"] for detail in interpreter.get_output_details()]
+    entries, exits = interpreter.get_input_details(), interpreter.get_output_details()
+    if (entries[0]["shape"][1], len(exits)) != _FORMS[path.name]:
+        raise DeviceError(f"{path} is another network than its name says: run `armspan body --set-up` again")
 
     def run(picture: NDArray[np.float32]) -> list[Array]:
-        interpreter.set_tensor(entry, picture[None])
+        interpreter.set_tensor(entries[0]["index"], picture[None])
         interpreter.invoke()
-        return [np.asarray(interpreter.get_tensor(index)[0], float) for index in exits]
+        return [np.asarray(interpreter.get_tensor(each["index"])[0], float) for each in exits]
 
     return run

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from armspan.body.picture.image import Pixels, opencv
+from armspan.body.picture.image import Pixels, opencv, png
 from armspan.body.picture.marker import Marker
 from armspan.body.skeleton import Keypoint, Skeleton
 from armspan.records import Arm, Colour
@@ -52,10 +52,11 @@ def overlay(
         for line in zip(corners, [*corners[1:], corners[0]], strict=True):
             canvas.line(line, SHEET, 2)
         canvas.words(max(corners), "sheet", SHEET)
-    for name, (x, y, _) in skeleton.points.items():
-        canvas.point((x, y), _side_colour(name), hollow=name not in sure)
-    for name, (x, y, _) in skeleton.points.items():
-        canvas.words((x, y), _short(name), _side_colour(name))
+    surest_last = sorted(skeleton.points, key=lambda name: name in sure)
+    for name in surest_last:
+        canvas.point(skeleton.points[name][:2], _side_colour(name), hollow=name not in sure)
+    for name in reversed(surest_last):
+        canvas.words(skeleton.points[name][:2], _short(name), _side_colour(name))
     return canvas.png(notes)
 
 
@@ -134,7 +135,7 @@ class _Canvas:
 
     def png(self, notes: Sequence[str]) -> bytes:
         """The picture, with a line of explanation and the notes below it."""
-        legend = "blue: the person's left   orange: right   yellow: measured   green: sheet"
+        legend = "blue: the person's left   orange: right   yellow: measured   green: sheet   ring: not sure"
         size = max(0.4, 0.6 * self._unit)
         width = self._pixels.shape[1]
         letters = max(1, int((width - 16) / self._cv2.getTextSize("n", _FONT, size, 1)[0][0]))
@@ -144,9 +145,7 @@ class _Canvas:
         for number, line in enumerate(lines, start=1):
             foot = number * step - step // 4
             self._cv2.putText(below, line, (8, foot), _FONT, size, MIDDLE, 1, self._cv2.LINE_AA)
-        drawn = np.ascontiguousarray(np.vstack([self._pixels, below])[:, :, ::-1])
-        _, data = self._cv2.imencode(".png", drawn)
-        return bytes(data.tobytes())
+        return png(np.vstack([self._pixels, below]))
 
     def _at(self, point: tuple[float, float]) -> tuple[int, int]:
         x, y = (round((value + 0.5) * self._share - 0.5) for value in point)

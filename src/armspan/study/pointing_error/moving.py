@@ -251,6 +251,8 @@ CHOICES: tuple[tuple[str, Callable[[Following, Rows], Rows]], ...] = (
 
 def _placed(session: Following, cut: Rows, choose: Callable[[Following, Rows], Rows]) -> tuple[float, float] | None:
     """Error of the head [m] and of rays outside the segment [rad]; None where the pairs do not place the user."""
+    if len(cut) == 0:  # the recording has a gap
+        return None
     rows = choose(session, cut)
     pairs = moving_pairs(session.forearm[rows], None, session.points[rows], session.times[rows])
     try:
