@@ -20,7 +20,7 @@ from armspan.gesture.takes import NULL, Take
 from armspan.gesture.training import Wanted, train
 from armspan.log import LogFile, LogWriter, read
 from armspan.orientation import mount_from_poses
-from armspan.records import EVENTS, Gesture, ImuSample, Press, Say, Scores, Stop
+from armspan.records import EVENTS, Gesture, ImuSample, Press, Record, Say, Scores, Stop
 from armspan.simulation.takes import SimulatedTake, simulate_takes
 from armspan.study.gestures import gestures_of
 
@@ -152,3 +152,14 @@ def test_a_model_that_needs_a_band_that_is_not_there_is_refused(model: GestureMo
 
 def _fields(model: GestureModel) -> dict[str, object]:
     return {name: getattr(model.facts, name) for name in model.facts.__struct_fields__}
+
+
+def test_a_threshold_set_at_run_time_holds(session: LogFile, model: GestureModel) -> None:
+    mind, outputs = Conductor(settings_of(session), model), list[Record]()
+    for event in (Press(0.0, "threshold", "0.99"), *session.records):
+        if isinstance(event, EVENTS):
+            outputs += mind.step(event)
+    before = [record for record in session.records if isinstance(record, Gesture)]
+    after = [record for record in outputs if isinstance(record, Gesture)]
+    assert len(after) < len(before)
+    assert all(gesture.score >= 0.99 * mind.model.facts.rule.early["stop"][0] for gesture in after)

@@ -22,6 +22,8 @@ EVERYTHING = """
 import importlib, json, pkgutil, sys, armspan
 names = [found.name for found in pkgutil.walk_packages(armspan.__path__, "armspan.")]
 names.remove("armspan.__main__")  # it is the program itself: importing it runs it
+page = {name for name in names if name.startswith(("armspan.web", "armspan.config.page"))}
+names = [name for name in names if name not in page]  # what is behind the page is loaded when it is opened
 for name in ["armspan.cli", *names]:
     importlib.import_module(name)
 print(json.dumps([names, sorted(sys.modules)]))

@@ -172,6 +172,17 @@ def test_live_pace_sleeps_until_its_time():
     assert asyncio.run(run()) >= 0.049
 
 
+def test_a_live_pace_may_go_several_times_as_fast():
+    async def run():
+        pace, loop = LivePace(times=10.0), asyncio.get_running_loop()
+        start = loop.time()
+        for t in (0.0, 1.0, 2.0):
+            await pace(t)
+        return loop.time() - start
+
+    assert 0.19 < asyncio.run(run()) < 1.5
+
+
 def test_of_several_motions_the_last_wins_and_a_stop_leads():
     old, new = GoTo(0.0, "a", (0.1, 0.1), 0.1, 0.3), Drive(0.0, "a", (0.1, 0.0), 0.0, 0.3)
     other, light, stop = GoTo(0.0, "b", (0.2, 0.2), 0.1, 0.3), Light(0.0, "a", (1, 2, 3)), Stop(0.0)

@@ -95,6 +95,10 @@ class Session:
         finally:
             await asyncio.shield(self._end())
 
+    async def press(self, name: str, value: str = "") -> None:
+        """Let a press in now; a stop is sent at once."""
+        await self._admit(Press(self._t, name, value))
+
     async def caught_up(self) -> None:
         """Wait until everything let in so far has been decided and sent."""
         await self._idle.wait()
@@ -122,13 +126,16 @@ class Session:
 
     async def _pour(self, source: Source) -> None:
         async for event in source:
-            if is_stop(event):
-                await self.swarm.send(Stop(event.t, None, "stop"))  # at once, before anything that waits
-                self._waiting.appendleft(event)
-                self._idle.clear()
-                self._news.set()
-            else:
-                self.let_in(event)
+            await self._admit(event)
+
+    async def _admit(self, event: Event) -> None:
+        if not is_stop(event):
+            self.let_in(event)
+            return
+        await self.swarm.send(Stop(event.t, None, "stop"))  # at once, before anything that waits
+        self._waiting.appendleft(event)
+        self._idle.clear()
+        self._news.set()
 
     async def _loop(self) -> None:
         while True:
@@ -277,13 +284,13 @@ class Door:
 
 
 class LivePace:
-    """In time with the wall: sleeps until ``t``; a session that falls behind goes on without sleeping."""
+    """In time with the wall, or so many ``times`` faster: sleeps until ``t``; who falls behind goes on without."""
 
-    def __init__(self, now: Callable[[], float] | None = None) -> None:
-        self._now = now
+    def __init__(self, now: Callable[[], float] | None = None, *, times: float = 1.0) -> None:
+        self._now, self._times = now, times
 
     async def __call__(self, t: float) -> None:
         """Sleep until ``t`` [s]."""
         if self._now is None:
             self._now = Stopwatch()
-        await asyncio.sleep(max(0.0, t - self._now()))
+        await asyncio.sleep(max(0.0, t / self._times - self._now()))

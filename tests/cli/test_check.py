@@ -16,6 +16,8 @@ BASE = {
     "rich",
     "matplotlib",
     "OneEuroFilter",
+    "nicegui",
+    "segno",
 }
 
 

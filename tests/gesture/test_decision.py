@@ -55,3 +55,10 @@ def test_a_gap_ends_what_was_going_on() -> None:
     assert decision.smooth is None
     assert [(event.label, event.end) for event in decision.closed] == [("wave", 0.5)]
     assert decision.step(0.6, np.array([0.9, 0.0, 0.1])) is None
+
+
+def test_another_threshold_takes_the_early_ones_along() -> None:
+    rule = Rule(threshold=0.8, agree=4, early={"stop": (0.6, 2)})
+    lower = rule.at(0.4)
+    assert (lower.threshold, lower.agree, lower.early) == (0.4, 4, {"stop": (0.3, 2)})
+    assert lower.at(0.8) == rule

@@ -111,6 +111,16 @@ def test_training_twice_gives_the_same_bytes() -> None:
     assert dump(train(takes, Wanted(folds=3))) == dump(train(takes, Wanted(folds=3)))
 
 
+def test_the_account_tells_other_thresholds(model: GestureModel) -> None:
+    spotting, rule = model.facts.scores["spotting"], model.facts.rule
+    tried = spotting["thresholds"]
+    same = next(entry for entry in tried if entry["threshold"] == rule.threshold)
+    assert (same["recognised"], same["false_triggers"]) == (spotting["recognised"], spotting["false_triggers"])
+    false = [entry["false_triggers"] for entry in tried]
+    assert false[0] >= false[-1]
+    assert tried[0]["recognised"] + tried[0]["wrong_or_twice"] >= tried[-1]["recognised"]
+
+
 def test_the_account_is_honest_about_null(model: GestureModel) -> None:
     spotting = model.facts.scores["spotting"]
     hours = spotting["null_hours"]

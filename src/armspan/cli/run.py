@@ -6,6 +6,7 @@ from pathlib import Path
 
 import msgspec
 
+from armspan.cli.page import open_page
 from armspan.cli.play import fresh_name, play, read_account, step_times, talk
 from armspan.cli.replay import tell_if_cut
 from armspan.cli.report import print_account
@@ -19,16 +20,46 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     """Add the verb and its options."""
     parser = subparsers.add_parser(
         "run",
-        help="open the room that a file describes, and log the session",
-        description="Run a session with the devices that a room file names. `armspan init` writes such a file.",
+        help="open a room in a browser: set up, point, record, train, steer",
+        description="Open the room that a file describes and serve its page, with a session that is logged. "
+        "`armspan init` writes such a file; without one a virtual person stands in a virtual room. With any of "
+        "--no-page, --pace, --seconds, --log and --json the session goes by itself, without a page.",
     )
-    parser.add_argument("room", type=Path, metavar="ROOM.toml")
-    parser.add_argument("--pace", choices=("live", "fast"), default="live", help="default: %(default)s")
+    parser.add_argument("room", type=Path, nargs="?", metavar="ROOM.toml", help="default: a simulated room")
+    parser.add_argument("--port", type=port, default=8080, metavar="N", help="of the page; default: %(default)s")
+    parser.add_argument(
+        "--host",
+        default="127.0.0.1",
+        metavar="ADDRESS",
+        help="where others reach the page, such as 0.0.0.0: they need the token that is shown; default: %(default)s, "
+        "this machine only",
+    )
+    parser.add_argument(
+        "--speed", type=speed, default=1.0, metavar="N", help="on the page, a virtual room goes N times as fast as real"
+    )
+    parser.add_argument("--no-browser", action="store_true", help="do not open a browser")
+    parser.add_argument("--no-page", action="store_true", help="the terminal only; the set-up begins by itself")
+    parser.add_argument("--pace", choices=("live", "fast"), help="default: live")
     parser.add_argument("--seconds", type=positive, metavar="S", help="end after S seconds of session time")
     parser.add_argument("--log", type=Path, metavar="FILE", help="default: sessions/DATE_ROOM.mcap")
     parser.add_argument("--overwrite", action="store_true", help="replace the log if it exists")
     parser.add_argument("--json", action="store_true", help="print one JSON object at the end")
     parser.set_defaults(run=run)
+
+
+def port(text: str) -> int:
+    """A port, 0 for any that is free, for argparse."""
+    if not (text.isascii() and text.isdecimal()) or int(text) > 65535:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port from 0 to 65535")
+    return int(text)
+
+
+def speed(text: str) -> float:
+    """How many times as fast, for argparse."""
+    times = positive(text)
+    if not 0.1 <= times <= 20:
+        raise argparse.ArgumentTypeError(f"{text!r}: expected 0.1 to 20 times as fast")
+    return times
 
 
 def positive(text: str) -> float:
@@ -43,7 +74,11 @@ def positive(text: str) -> float:
 
 
 def run(args: argparse.Namespace) -> int:
-    """Run the room and say what happened."""
+    """Serve the room's page, or run the room and say what happened."""
+    if not (args.no_page or args.pace or args.seconds or args.log or args.json):
+        return open_page(args.room, args.host, args.port, speed=args.speed, browser=not args.no_browser)
+    if args.room is None:
+        raise ConfigError("which room? Name its file, such as one that `armspan init room.toml` writes")
     house = open_house(read_room(args.room), args.room.parent, args.seconds)
     path = args.log or fresh_name(args.room.stem)
     for log in house.logs.values():
@@ -53,7 +88,7 @@ def run(args: argparse.Namespace) -> int:
     if invitation := house.doors.invitation():
         print(invitation, file=sys.stderr)
     try:
-        counters = play(house, path, live=args.pace == "live", overwrite=args.overwrite, sinks=[talk])
+        counters = play(house, path, live=args.pace != "fast", overwrite=args.overwrite, sinks=[talk])
     finally:
         for sentence in house.doors.advice():
             print(sentence, file=sys.stderr)

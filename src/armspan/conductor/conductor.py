@@ -3,16 +3,18 @@
 import numpy as np
 
 from armspan.conductor.arm import Arm
+from armspan.conductor.changes import changed
 from armspan.conductor.choice import Choice
-from armspan.conductor.gestures import Gestures
+from armspan.conductor.gestures import Gestures, with_threshold
 from armspan.conductor.hits import Hits
 from armspan.conductor.pointer import How, Pointer
 from armspan.conductor.recorder_setup import WristSetUp
 from armspan.conductor.robots_only import press_robots
 from armspan.conductor.settings import Settings
 from armspan.conductor.setup import SetUp, Step
+from armspan.conductor.sight import Sight, look
 from armspan.conductor.steering import Steering
-from armspan.errors import ConfigError
+from armspan.errors import ConfigError, ModelError
 from armspan.gesture.model import GestureModel
 from armspan.pointing.place import Place
 from armspan.pointing.selection import Candidates
@@ -53,28 +55,42 @@ class Conductor:
     """
 
     def __init__(self, settings: Settings, model: GestureModel | None = None) -> None:
-        self.settings = settings
+        self.settings, self._model = settings, model
         self.feedback = settings.feedback
         if not settings.bands:
             raise ConfigError("a conductor needs a band on the forearm; robots alone are for `RobotsOnly`")
-        self._arm = Arm.from_settings(settings.bands, settings.body.arm)
         self._steering = Steering(settings)
+        self._wear()
+        self._lights = CursorLights(led_zero=settings.led_zero_deg * 0.017453292519943295)
+        self._choice = Choice(settings.choice_s)
+        self._silent: set[str] = set()
+        self._late = False
+
+    def _wear(self) -> None:
+        """Begin with bands that nothing is known of yet."""
+        settings = self.settings
+        self._arm = Arm.from_settings(settings.bands, settings.body.arm)
         # A room without robots has nothing to be placed by: its set-up ends with the bands.
         set_up = SetUp if settings.robots else WristSetUp
         self._hits = Hits(settings.laser) if settings.laser else None
         self._setup = set_up(settings, self._arm, self._steering.errands, self._hits)
-        self._lights = CursorLights(led_zero=settings.led_zero_deg * 0.017453292519943295)
         self._pointer: Pointer | None = None
-        self._gestures = Gestures(model, self._arm.wrists) if model is not None else None
-        self._choice = Choice(settings.choice_s)
+        self._gestures = Gestures(self._model, self._arm.wrists) if self._model is not None else None
         self._spot: Vec2 | None = None
-        self._silent: set[str] = set()
-        self._late = False
+
+    @property
+    def model(self) -> GestureModel | None:
+        """What spots gestures, with the threshold as it was set last."""
+        return self._model
 
     @property
     def states(self) -> dict[str, RobotState]:
         """The robots as last heard."""
         return self._steering.states
+
+    def sight(self) -> Sight:
+        """What is believed now, for those who show it."""
+        return look(self._arm, self.settings.body, self._setup, self._pointer, self._steering, self._silent)
 
     def step(self, event: Event) -> list[Output]:
         """Everything that follows from one event."""
@@ -272,17 +288,54 @@ class Conductor:
 
     def _press(self, press: Press) -> list[Output]:
         match press.name:
+            case "setup" if self._steering.filter.stopped and self.settings.robots:
+                return [Say(press.t, "The robots are stopped: let them move again, then begin the set-up", "trouble")]
             case "setup":
                 self._pointer, self._spot = None, None
                 halted = self._steering.halt(press.t, "the set-up begins")
                 self._steering.filter.release(self.settings.robots[:1])
                 return [*halted, *self._setup.begin(press.t)]
+            case "stop_again":
+                number = int(press.value) if press.value.isdecimal() else 0
+                return self._setup.again(press.t, number)
+            case "zones" | "gestures" | "body":
+                return self._change(press)
+            case "threshold":
+                return self._set_threshold(press)
             case "feedback":
                 self.feedback = press.value == "on"
                 return list(self._lights.step(press.t, None, self.states)) if not self.feedback else []
             case "stop" | "quit":
                 return self._stop(press.t, press.name)
         return press_robots(self._steering, press, self._user())
+
+    def _change(self, press: Press) -> list[Output]:
+        """Change the room; new measures want a new set-up, since the old one was made with the old ones."""
+        try:
+            settings = changed(self.settings, press.name, press.value)
+            if self._model is not None:
+                Gestures(self._model, Arm.from_settings(settings.bands, settings.body.arm).wrists)
+        except (ConfigError, ModelError) as error:
+            return [Say(press.t, f"Nothing was changed: {error}", "trouble")]
+        self.settings = self._steering.settings = self._setup.settings = settings
+        self._steering.director.zones = settings.zones
+        if self._pointer is not None:
+            self._pointer.settle(settings)
+        if press.name != "body":
+            return []
+        halted = self._steering.halt(press.t, "the measures were changed")
+        self._wear()
+        return [*halted, Say(press.t, "The measures were changed: begin the set-up", "")]
+
+    def _set_threshold(self, press: Press) -> list[Output]:
+        """Change how probable a gesture must be to count."""
+        try:
+            self._model = with_threshold(self._model, press.value)
+        except ConfigError as error:
+            return [Say(press.t, f"Nothing was changed: {error}", "trouble")]
+        if self._gestures is not None:
+            self._gestures.obey(self._model)
+        return []
 
     def _stop(self, t: float, why: str) -> list[Output]:
         self._setup.cancel()

@@ -1,10 +1,13 @@
 """Gestures in the conductor: the bands' samples go to the spotter, what it spots comes out as records."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+
+import msgspec
 
 from armspan.conductor.arm import Band
 from armspan.conductor.wrist import WRIST, wrist_row
-from armspan.errors import ModelError
+from armspan.errors import ConfigError, ModelError
 from armspan.gesture.model import GestureModel
 from armspan.gesture.stream import Spotter
 from armspan.gesture.takes import NULL
@@ -12,6 +15,9 @@ from armspan.records import Gesture, ImuSample, Output, Scores
 
 SCORES_EVERY = 2
 """Ticks between two `Scores`: ten a second."""
+
+LEAST_SURE, MOST_SURE = 0.1, 0.99
+"""Thresholds that can be asked for."""
 
 
 @dataclass(slots=True)
@@ -45,6 +51,10 @@ class Gestures:
             places = tuple(WRIST.index(name.partition("_")[2]) for name in wanted.columns)
             self._sides[band.settings.name] = _Side(band, wanted.prefix, places)
 
+    def obey(self, model: GestureModel) -> None:
+        """Go on with the thresholds of ``model``, which is the same but for these."""
+        self._spotter.decision.rule = model.facts.rule
+
     def feel(self, sample: ImuSample) -> None:
         """Take a sample of a band that has been set up."""
         side = self._sides.get(sample.source)
@@ -64,6 +74,24 @@ class Gestures:
         if self._ticks % SCORES_EVERY == 0 and probabilities is not None:
             found.append(Scores(t, self.source, self.labels, tuple(round(float(p), 4) for p in probabilities)))
         return found
+
+
+def with_threshold(model: GestureModel | None, text: str) -> GestureModel:
+    """A model in which a gesture counts from another probability on.
+
+    Raises:
+        ConfigError: there is no model, or ``text`` is no such probability.
+
+    """
+    if model is None:
+        raise ConfigError("this room has no gesture model, so there is no threshold: train one first")
+    try:
+        threshold = float(text)
+    except ValueError:
+        threshold = math.nan
+    if not LEAST_SURE <= threshold <= MOST_SURE:
+        raise ConfigError(f"threshold {text!r}: expected a probability from {LEAST_SURE:g} to {MOST_SURE:g}")
+    return replace(model, facts=msgspec.structs.replace(model.facts, rule=model.facts.rule.at(threshold)))
 
 
 def _check(prefix: str, columns: tuple[str, ...], sides: dict[str, Band]) -> None:

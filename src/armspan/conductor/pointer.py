@@ -60,6 +60,16 @@ class Pointer:
         self._aim: Aim | None = None
         self._reached = 0.0
 
+    @property
+    def ray(self) -> tuple[Array, Array] | None:
+        """Origin and direction of the last ray in ``user``, None where there was none."""
+        return self._aim.ray if self._aim is not None else None
+
+    def settle(self, settings: Settings) -> None:
+        """Go on with changed zones."""
+        self.settings = settings
+        self._zones = Candidates.on_sheet(settings.sheet, settings.zones)
+
     def tick(self, t: float, states: Mapping[str, RobotState], cursor: bool) -> tuple[Pointed, How | None]:
         """Where the arm points at ``t`` [s], and how that makes a choice, if it does; is the cursor shown?"""
         self.place.advance(t)

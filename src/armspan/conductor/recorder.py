@@ -15,6 +15,7 @@ from armspan.conductor.recorder_setup import WristSetUp
 from armspan.conductor.recorder_trace import Trace
 from armspan.conductor.recorder_words import announced, now
 from armspan.conductor.settings import Settings
+from armspan.conductor.sight import Sight, limbs
 from armspan.conductor.wrist import wrist_row
 from armspan.errors import ConfigError
 from armspan.frames import Array
@@ -74,7 +75,7 @@ class Recorder:
         self._asks = deque(asks_of(recording))
         self._numbers = dict(recording.first)
         self._told: set[str] = set()
-        self._since = self._cue = 0.0
+        self._now = self._since = self._cue = 0.0
         self._moment = Moment(0.0, 0.0)
         self._beat = 0
         self._calm: float | None = None
@@ -101,6 +102,23 @@ class Recorder:
                 return [Say(event.t, f"{event.source} is out of reach", "")]
         return []
 
+    def sight(self) -> Sight:
+        """The arms as the bands feel them, for those who show them; ``step`` is the stage."""
+        return Sight(
+            step=self.stage.value,
+            stop=0,
+            stops=0,
+            seen=(),
+            quality="",
+            limbs=limbs(self._arm, self.settings.body),
+            place=None,
+            ray=None,
+            stopped=False,
+            waiting={},
+            running=(),
+            silent=tuple(self._arm.any_silent(self._now)),
+        )
+
     def _feel(self, sample: ImuSample) -> None:
         band = self._arm.by_name.get(sample.source)
         if band is None or sample.t <= band.attitude.t:
@@ -112,6 +130,7 @@ class Recorder:
             trace.push(sample.t, row)
 
     def _tick(self, t: float) -> list[Output]:
+        self._now = t
         for band in self._arm.bands:
             band.tick()
         stages: dict[Stage, Callable[[float], list[Output]]] = {

@@ -25,6 +25,9 @@ _REST = 0.002
 RESTED = 4.0
 """Seconds of rest in which VQF finds a raw gyroscope's offset: without, the heading drifts by 2 to 19 deg/min."""
 
+ENOUGH = 3
+"""Stops from which a place can be fitted."""
+
 HANGING: Array = np.array([0.0, 0.0, -1.0])
 
 
@@ -50,14 +53,17 @@ class SetUp:
     step: Step = Step.IDLE
     model: Model = "head-finger"
     fit: Fit | None = None
+    draft: Fit | None = None
     asked: float = 0.0
     _holds: dict[str, Hold] = field(default_factory=dict)
     _forward: dict[str, Array] = field(default_factory=dict)
     _stop: int = 0
-    _pairs: list[StopPairs] = field(default_factory=list)
+    _pairs: dict[int, StopPairs] = field(default_factory=dict)
+    _done: set[int] = field(default_factory=set)
     _home: Vec2 | None = None
     _rest: tuple[Vec2, float] = ((np.inf, np.inf), 0.0)
     _unlit: bool = False
+    _last: int = -1
 
     @property
     def robot(self) -> str:
@@ -70,7 +76,10 @@ class SetUp:
 
     def begin(self, t: float) -> list[Output]:
         """Start, or start again."""
-        self._stop, self._pairs, self._home, self._unlit = 0, [], None, False
+        self._stop, self._home, self._unlit = 0, None, False
+        self._pairs.clear()
+        self._done.clear()
+        self.draft = None
         usual: Model = "forearm" if self.settings.beam else default_model(self.settings.body, self._two_bands)
         self.model = self.settings.model or usual
         if len(self.settings.stops) < 3 or not self.settings.robots:
@@ -92,6 +101,20 @@ class SetUp:
         return self._ask(
             t, Step.STRETCH, f"Stretch {self._arms} straight forward, level, palm down, and hold still", "stretch"
         )
+
+    def again(self, t: float, number: int) -> list[Output]:
+        """Take one stop (from 1) anew and keep the others, as long as the bands' headings hold."""
+        if self.fit is None or self.step is not Step.IDLE or any(band.mount is None for band in self.arm.bands):
+            return [Say(t, "There is no finished set-up whose stop could be taken again", "trouble")]
+        if not 1 <= number <= len(self.settings.stops):
+            return [Say(t, f"Stop {number} is none; there are stops 1 to {len(self.settings.stops)}", "trouble")]
+        self._done.discard(number - 1)
+        return self._next_stop(t)
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """The stop (from 1) that the user is led to, and how many there are."""
+        return self._stop + 1, len(self.settings.stops)
 
     def cancel(self) -> None:
         """Give up, for instance after a stop."""
@@ -179,6 +202,7 @@ class SetUp:
         return self._next_stop(t)
 
     def _next_stop(self, t: float) -> list[Output]:
+        self._stop = min(set(range(len(self.settings.stops))) - self._done)
         self.errands.send(self.robot, self.settings.stops[self._stop])
         self.step, self.asked = Step.DRIVE, t
         count = f"({self._stop + 1} of {len(self.settings.stops)})"
@@ -186,7 +210,8 @@ class SetUp:
 
     def _drive(self, t: float, states: Mapping[str, RobotState]) -> list[Output]:
         if self.robot not in self.errands.goals:
-            self._pairs.append(StopPairs(self._pairs[-1].direction if self._pairs else HANGING))
+            before = self._pairs.get(self._last) if self._last != self._stop else None
+            self._pairs[self._stop] = StopPairs(before.direction if before and before.forearms else HANGING)
             self.step, self.asked = Step.POINT, t
         return []
 
@@ -197,10 +222,12 @@ class SetUp:
         upperarm = self.arm.upperarm.in_user() if self.arm.upperarm else None
         still = not self.arm.moving and self._robot_rests(t, state) and not state.held
         still = still and (not self._awaits_light or self.hits is None or self.hits.sees(t, self.robot))
-        if not self._pairs[-1].add(t, forearm, upperarm, state.xy, still):
+        if not self._pairs[self._stop].add(t, forearm, upperarm, state.xy, still):
             return []
-        self._stop += 1
-        if self._stop < len(self.settings.stops):
+        self._done.add(self._stop)
+        self._last = self._stop
+        if len(self._done) < len(self.settings.stops):
+            self._try()
             return self._next_stop(t)
         return self._finish(t)
 
@@ -233,7 +260,7 @@ class SetUp:
             fit = self._fit()
         except CalibrationError as error:
             return [Say(t, f"That did not work out: {error}", "trouble"), *self.begin(t)]
-        self.fit = fit
+        self.fit = self.draft = fit
         found = Calibrated(
             t,
             self.arm.forearm.settings.name,
@@ -245,6 +272,14 @@ class SetUp:
             sum(stop.used for stop in fit.stops),
         )
         return [found, Say(t, verdict(fit), "ready")]
+
+    def _try(self) -> None:
+        """Fit the stops so far, where they are enough, to show how well each goes with the others."""
+        if len(self._done) >= ENOUGH:
+            try:
+                self.draft = self._fit()
+            except CalibrationError:
+                self.draft = None
 
     def _fit(self) -> Fit:
         """The place from all stops, and what the arm needs beside it."""
@@ -267,10 +302,11 @@ class SetUp:
 
     def _all_pairs(self) -> Pairs:
         """What was collected, with every point at the height of the robot's light."""
-        names = [str(number) for number, stop in enumerate(self._pairs, 1) for _ in stop.points]
-        points = np.array([(*xy, -self.settings.light_height_m) for stop in self._pairs for xy in stop.points])
-        forearms = np.array([attitude for stop in self._pairs for attitude in stop.forearms])
-        upperarms = np.array([attitude for stop in self._pairs for attitude in stop.upperarms])
+        stops = [self._pairs[number] for number in sorted(self._done)]
+        names = [str(number + 1) for number in sorted(self._done) for _ in self._pairs[number].points]
+        points = np.array([(*xy, -self.settings.light_height_m) for stop in stops for xy in stop.points])
+        forearms = np.array([attitude for stop in stops for attitude in stop.forearms])
+        upperarms = np.array([attitude for stop in stops for attitude in stop.upperarms])
         return still_pairs(forearms, upperarms if self.arm.upperarm else None, points, tuple(names))
 
 

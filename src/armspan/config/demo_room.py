@@ -76,6 +76,13 @@ def gesture_room(seed: int, *, bands: Sequence[Arm] = ("right", "left"), posture
     return msgspec.structs.replace(room, bands=worn, robots=room.robots[:1])
 
 
+def page_room(seed: int, model: str | None = None) -> RoomFile:
+    """The demo's room for the page: the person wears a band on either wrist and waits for what the page asks."""
+    room = demo_room(seed, trials=0, feedback="on")
+    worn = (SimulatedBand("right wrist", arm="right"), SimulatedBand("left wrist", arm="left"))
+    return msgspec.structs.replace(room, bands=worn, feedback=True, gestures=GestureEntry(model))
+
+
 def _places(rng: np.random.Generator, robots: int, zones: int) -> list[Vec2]:
     """Places (robots first) at least as far apart as two neighbours may be; drawn by rejection."""
     clear = [0.0] * robots + [_RADIUS] * zones

@@ -79,23 +79,27 @@ class House:
         """What decides in this house."""
         return Conductor(self.settings, self.model)
 
-    async def run(self, session: Session, *, live: bool) -> None:
+    async def run(self, session: Session, *, live: bool, times: float = 1.0) -> None:
         """Open all doors together and go on until every source that can end has ended.
 
+        Live, a virtual room goes so many ``times`` as fast as the wall's clock.
+
         Raises:
-            ConfigError: for devices that live by the wall's clock, as fast as it goes.
+            ConfigError: for devices that live by the wall's clock, faster than it.
 
         """
         if self.lasts:
             if not live:
                 raise ConfigError("real and emulated devices live by the clock: leave --pace fast out")
+            if times != 1.0:
+                raise ConfigError("real and emulated devices live by the clock: leave --speed out")
             await self._run_devices(session)
             return
         fast = FastPace(session)
         sources: list[Source] = []
         for make in self._makers():
             if live:
-                sources.append(make(LivePace()))
+                sources.append(make(LivePace(times=times)))
             else:
                 door = fast.door()
                 sources.append(door.through(make(door)))
@@ -143,8 +147,8 @@ class House:
             self.world.take(record)
 
 
-def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = None) -> House:
-    """Make a room's devices; relative names of logs are looked for in ``folder``.
+def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = None, *, guided: bool = False) -> House:
+    """Make a room's devices; relative names of logs are looked for in ``folder``; is a virtual person led by others?
 
     Raises:
         ConfigError: when the room asks for what cannot be had.
@@ -158,7 +162,9 @@ def open_house(room: RoomFile, folder: Path = Path(), seconds: float | None = No
     person = draw_wearer(room.simulation.person, room, rng) if bands else None
     body = body_of(room, person, rng)
     settings = room.settings(body)
-    world = virtual_world(room, settings, person, bands, robots, rng) if bands or robots else None
+    world = None
+    if bands or robots:
+        world = virtual_world(room, settings, person, bands, robots, rng, guided=guided)
     model = read_model(folder / room.gestures.model) if room.gestures.model else None
     if model is not None:
         _check_labels(settings.gestures, model.facts.labels)

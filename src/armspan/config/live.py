@@ -15,13 +15,14 @@ PATIENCE = 15.0
 class Lead:
     """Leads for ``seconds`` [s], or until ``quit`` is pressed or a recording is done.
 
-    ``bands`` are the names that are waited for before the set-up; it hears the session's records as a sink.
+    ``bands`` are the names that are waited for before the set-up; it hears the session's records as a sink. Where it
+    ``waits``, somebody else begins the set-up.
     """
 
     def __init__(self, now: Callable[[], float], bands: Collection[str], seconds: float | None = None) -> None:
         self._now, self._missing, self._seconds = now, set(bands), seconds
         self._pressed: deque[tuple[str, str]] = deque()
-        self._begun = self._done = False
+        self._begun = self._done = self.waits = False
 
     def hear(self, record: Record) -> None:
         """Note who is there, and whether all is done."""
@@ -44,7 +45,7 @@ class Lead:
                 if name == "quit":
                     return
                 yield Press(tick.t, name, value)
-            if not self._begun and (not self._missing or tick.t >= PATIENCE):
+            if not self._begun and not self.waits and (not self._missing or tick.t >= PATIENCE):
                 self._begun = True
                 yield Press(tick.t, "setup")
             yield tick

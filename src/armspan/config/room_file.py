@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any, Literal
 
 import msgspec
-import numpy as np
-import shapely
 
 from armspan.conductor import BandSettings, Settings
+from armspan.conductor.places import check_place, check_zone
 from armspan.config.body_file import body_from_table
 from armspan.config.recordings import UNIT_TOLERANCE
 from armspan.config.virtual_entries import ReplayedBand, ReplayedRobot, SimulatedBand, SimulatedRobot, Simulation
@@ -222,7 +221,7 @@ def _check(room: RoomFile, robots: bool) -> None:
         if not 0 <= height <= most:
             raise ConfigError(f"{name} is {height}; expected metres between 0 and {most:g}")
     for zone in room.zones:
-        check_zone(zone, room.sheet)
+        check_zone(Zone(zone.name, zone.polygon_m), room.sheet)
     for stop in room.stops_m:
         check_place("the stop", stop, room.sheet)
     for robot in room.robots:
@@ -257,13 +256,6 @@ def _check_gestures(gestures: GestureEntry, zones: Collection[str]) -> None:
         raise ConfigError(
             f"gestures.behaviours maps no gesture to {STOP!r}; one must always stop the robots: add stop = {STOP!r}"
         )
-
-
-def check_place(what: str, xy: Vec2, sheet: Sheet) -> None:
-    """Refuse a place off the sheet (ConfigError)."""
-    x, y = xy
-    if not (0 <= x <= sheet.width_m and 0 <= y <= sheet.height_m):
-        raise ConfigError(f"{what} ({x}, {y}) lies off the sheet of {sheet.width_m} x {sheet.height_m} m")
 
 
 def _check_band(band: BandEntry) -> None:
@@ -304,19 +296,4 @@ def _check_simulation(room: RoomFile) -> None:
         raise ConfigError(
             f"robot {strange[0].name!r} is {kind}, but a simulated person can only point at simulated robots: let the "
             "bands be of its kind too, or simulate the robot"
-        )
-
-
-def check_zone(zone: ZoneEntry, sheet: Sheet) -> None:
-    """Refuse a zone that crosses itself, has no area or reaches off the sheet (ConfigError)."""
-    if len(zone.polygon_m) < 3:
-        raise ConfigError(f"zone {zone.name!r} has {len(zone.polygon_m)} corners; a polygon has three at least")
-    shape = shapely.Polygon(zone.polygon_m)
-    if not shape.is_valid or shape.area == 0:
-        raise ConfigError(f"zone {zone.name!r} crosses itself or has no area; list its corners in order round it")
-    corners = np.array(zone.polygon_m)
-    if corners.min() < 0 or corners[:, 0].max() > sheet.width_m or corners[:, 1].max() > sheet.height_m:
-        raise ConfigError(
-            f"zone {zone.name!r} reaches outside the sheet of {sheet.width_m} x {sheet.height_m} m; coordinates are "
-            "metres from the sheet's corner"
         )

@@ -9,8 +9,9 @@ import msgspec
 import numpy as np
 
 from armspan.conductor import Settings
+from armspan.conductor.places import check_place, check_zone
 from armspan.conductor.robots_only import FAR
-from armspan.config.room_file import RoomFile, ZoneEntry, check_place, check_zone
+from armspan.config.room_file import RoomFile, ZoneEntry
 from armspan.config.virtual_entries import ReplayedRobot, SimulatedRobot
 from armspan.errors import ConfigError
 from armspan.frames import Array
@@ -102,7 +103,7 @@ def swarm_run(wanted: Wanted) -> SwarmRun:
         raise ConfigError(f"{wanted.robots} robots; expected 1 to {MOST}")
     order_name(wanted.behaviour)
     for zone in wanted.zones:
-        check_zone(zone, wanted.sheet)
+        check_zone(Zone(zone.name, zone.polygon_m), wanted.sheet)
     limits = _limits(wanted)
     dice, turns = np.random.default_rng([wanted.seed, 1]).spawn(2)
     starts = places(wanted.start, wanted.robots, wanted.sheet, limits, dice)

@@ -11,6 +11,7 @@ from armspan.records import Body
 from armspan.simulation.bands import VirtualBand, draw_band
 from armspan.simulation.beam import Beam
 from armspan.simulation.gesture_script import Agenda, Programme
+from armspan.simulation.guided import Guided
 from armspan.simulation.laser import VirtualLaser, draw_laser
 from armspan.simulation.person import Person, VirtualPerson, draw_person, measured_body
 from armspan.simulation.receptors import ReceptorTraits, VirtualReceptors
@@ -57,8 +58,13 @@ def virtual_world(
     bands: list[SimulatedBand],
     robots: list[SimulatedRobot],
     rng: np.random.Generator,
+    *,
+    guided: bool = False,
 ) -> World:
-    """The world of a room: its virtual robots, and the person with the bands where there is one."""
+    """The world of a room: its virtual robots, and the person with the bands where there is one.
+
+    A ``guided`` person does what is wished from outside, instead of going through trials.
+    """
     wanted = room.simulation.person
     someone = None
     if person is not None:
@@ -81,7 +87,9 @@ def virtual_world(
         Plant(),
     )
     script: Agenda = Script(draw_trials(wanted, settings, rng) if someone else ())
-    if wanted.gestures and isinstance(script, Script):
+    if guided:
+        script = Guided()
+    elif wanted.gestures and isinstance(script, Script):
         script = Programme(script, wanted.gestures)
     return World(
         someone,

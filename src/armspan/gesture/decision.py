@@ -27,6 +27,12 @@ class Rule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         """Threshold and agreement of a label."""
         return self.early.get(label, (self.threshold, self.agree))
 
+    def at(self, threshold: float) -> "Rule":
+        """The rule with another threshold; those of the early labels move in proportion."""
+        share = threshold / self.threshold
+        early = {label: (round(value * share, 4), agree) for label, (value, agree) in self.early.items()}
+        return msgspec.structs.replace(self, threshold=threshold, early=early)
+
 
 class Spotted(msgspec.Struct, frozen=True):
     """A gesture found: it fired at ``t`` [s], began at about ``start`` and was over at ``end`` (None: not yet)."""

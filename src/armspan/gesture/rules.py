@@ -14,7 +14,8 @@ from armspan.gesture.scoring import rate_bound
 STOP = "stop"
 """The gesture that is to be missed least: it has a threshold of its own and may fire early."""
 
-_THRESHOLDS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95)
+THRESHOLDS = (0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.85, 0.9, 0.95)
+"""The thresholds that are tried."""
 _AGREE = (2, 3, 4, 6)
 _HIGH = 0.6
 _EARLY = 2
@@ -62,13 +63,14 @@ def choose_rule(
     tried = [
         _try(Rule(threshold=threshold, agree=agree), takes, nulls, labels, lead, hop_s)
         for agree in _AGREE
-        for threshold in _THRESHOLDS
+        for threshold in THRESHOLDS
     ]
     quiet = [outcome for outcome in tried if outcome.false <= allowed] or [min(tried, key=lambda o: o.false)]
     chosen = _in_the_middle(quiet)
     rule = _with_early(chosen, takes, nulls, labels, lead, hop_s)
     final = _try(rule, takes, nulls, labels, lead, hop_s)
-    return rule, _account(final, len(takes), hours, hop_s)
+    others = [_try(rule.at(threshold), takes, nulls, labels, lead, hop_s) for threshold in THRESHOLDS]
+    return rule, _account(final, len(takes), hours, hop_s) | {"thresholds": [_at_threshold(other) for other in others]}
 
 
 def _in_the_middle(quiet: Sequence[_Outcome]) -> _Outcome:
@@ -82,6 +84,16 @@ def _in_the_middle(quiet: Sequence[_Outcome]) -> _Outcome:
     ranges = [sorted((o for o in near if o.rule.agree == n), key=lambda o: o.rule.threshold) for n in _AGREE]
     widest = max((found for found in ranges if found), key=lambda found: (len(found), -found[0].rule.agree))
     return widest[round(_HIGH * (len(widest) - 1))]
+
+
+def _at_threshold(outcome: _Outcome) -> dict[str, Any]:
+    """What the chosen rule would have done with another threshold."""
+    return {
+        "threshold": outcome.rule.threshold,
+        "recognised": outcome.hits,
+        "wrong_or_twice": outcome.wrong,
+        "false_triggers": outcome.false,
+    }
 
 
 def _account(final: _Outcome, takes: int, hours: float, hop_s: float) -> dict[str, Any]:
@@ -144,7 +156,7 @@ def _with_early(
     if STOP not in labels:
         return rule
     agree, lowest = min(_EARLY, rule.agree), rule.threshold
-    for threshold in sorted((value for value in _THRESHOLDS if value <= rule.threshold), reverse=True):
+    for threshold in sorted((value for value in THRESHOLDS if value <= rule.threshold), reverse=True):
         lower = Rule(threshold=rule.threshold, agree=rule.agree, early={STOP: (threshold, agree)})
         outcome = _try(lower, takes, nulls, labels, lead, hop_s)
         if outcome.false > chosen.false or outcome.wrong > chosen.wrong or outcome.hits < chosen.hits:

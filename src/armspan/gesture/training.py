@@ -195,7 +195,6 @@ def advice(facts: Facts) -> list[str]:
         found.append(f"fewer than five takes of {', '.join(few)}: three to five more would help")
     if facts.null_s < 300:
         found.append(
-            f"{facts.null_s / 60:.1f} minutes of everyday motion: five to ten teach the model what is no gesture "
-            "(armspan record --null 600)"
+            f"{facts.null_s / 60:.1f} minutes of everyday motion: five to ten teach the model what is no gesture"
         )
     return found

@@ -18,6 +18,7 @@ from armspan.simulation.beam import Beam
 from armspan.simulation.discs import IdealDiscs
 from armspan.simulation.dot import EYE_DELAY
 from armspan.simulation.gesture_script import Agenda
+from armspan.simulation.guided import WISH
 from armspan.simulation.person import VirtualPerson
 from armspan.simulation.reading import Array, read_cursor
 from armspan.simulation.robots import VirtualRobots
@@ -91,7 +92,7 @@ class World:
         """Hear a record: a command for a robot, words or a choice for the person."""
         if isinstance(record, COMMANDS):
             self.robots.command(self._now, record)  # type: ignore[arg-type]
-        elif isinstance(record, Say | Selected):
+        elif isinstance(record, Say | Selected) or (isinstance(record, Press) and record.name == WISH):
             self.script.hear(record)
             if self.person is not None and isinstance(record, Say) and record.cue == "hang":
                 self._heading = self._arm_heading(self.person)

@@ -117,7 +117,10 @@ class Director:
     """Runs behaviours side by side; every robot takes part in one at most."""
 
     def __init__(self, limits: Limits, sheet: Sheet, zones: tuple[Zone, ...], rng: np.random.Generator) -> None:
-        self._stage: Callable[[Vec2 | None], Stage] = lambda user: Stage(sheet, limits, rng.spawn(1)[0], zones, user)
+        self.zones = zones
+        self._stage: Callable[[Vec2 | None], Stage] = lambda user: Stage(
+            sheet, limits, rng.spawn(1)[0], self.zones, user
+        )
         self.running: list[Running] = []
 
     @property

@@ -495,12 +495,6 @@ def test_a_missing_package_is_told(folder, monkeypatch, package, entry):
         run(lambda: anext(PhoneBands([entry], folder=folder).source()))
 
 
-def test_a_missing_qr_package_is_told(monkeypatch):
-    monkeypatch.setitem(sys.modules, "segno", None)
-    with pytest.raises(MissingExtra, match="segno is not installed"):
-        PhoneBands([page()]).invitation()
-
-
 # --- opening and closing -------------------------------------------------------------------------------------
 
 

@@ -1,19 +1,10 @@
 """How a phone finds the page: a picture for its camera, and the address below it."""
 
-from armspan.errors import MissingExtra
-
 
 def join_text(url: str) -> str:
-    """A QR code of half blocks for a terminal, dark on light whatever the terminal's colours, and the URL.
+    """A QR code of half blocks for a terminal, dark on light whatever the terminal's colours, and the URL."""
+    import segno  # here, so that nobody waits for it who shows no code
 
-    Raises:
-        MissingExtra: without segno.
-
-    """
-    try:
-        import segno
-    except ImportError:
-        raise MissingExtra("segno", "phone") from None
     rows = [list(row) for row in segno.make(url, error="l", micro=False).matrix_iter(border=2)]
     if len(rows) % 2:
         rows.append([0] * len(rows[0]))
