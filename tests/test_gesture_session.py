@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from armspan.cli.replay import first_difference, settings_of
+from armspan.cli.replay import first_difference
 from armspan.conductor.arm import Arm
 from armspan.conductor.conductor import Conductor
 from armspan.conductor.wrist import WRIST, wrist_row
 from armspan.config.demo_room import demo_room
 from armspan.config.house import open_house
 from armspan.config.model_files import from_header, write_model
+from armspan.config.recalled import settings_of
 from armspan.frames import rotation_from_quaternion
 from armspan.gesture.model import GestureModel, dump
 from armspan.gesture.stream import spot

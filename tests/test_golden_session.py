@@ -3,7 +3,8 @@
 import msgspec
 import pytest
 
-from armspan.cli.replay import decisions, settings_of
+from armspan.cli.replay import decisions
+from armspan.config.recalled import settings_of
 from armspan.log import read
 from armspan.records import EVENTS, Calibrated, GoTo, Pointed, Selected
 from golden_session import PATH

@@ -7,8 +7,9 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from armspan.cli.play import play
-from armspan.cli.replay import first_difference, settings_of
+from armspan.cli.replay import first_difference
 from armspan.config.house import open_house
+from armspan.config.recalled import settings_of
 from armspan.config.room_file import parse_room
 from armspan.log import read
 from armspan.records import Calibrated, Hit, Selected

@@ -6,8 +6,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from armspan.cli.replay import first_difference, settings_of
+from armspan.cli.replay import first_difference
 from armspan.conductor import Conductor
+from armspan.config.recalled import settings_of
 from armspan.log import read
 from armspan.records import EVENTS, Calibrated, Pointed, Press, RobotState, Selected, Stop
 from command_line import code_of, fresh, written_room

@@ -4,7 +4,8 @@ import time
 
 import pytest
 
-from armspan.cli.replay import first_difference, settings_of
+from armspan.cli.replay import first_difference
+from armspan.config.recalled import settings_of
 from armspan.log import read
 from armspan.records import Press, Selected, Stop
 from command_line import code_of, contents, fresh, refused

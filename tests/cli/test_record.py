@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from armspan.cli.replay import settings_of
+from armspan.config.recalled import settings_of
 from armspan.config.record_room import recorder_of
 from armspan.config.take_files import COLUMNS, read_sidecar, read_takes
 from armspan.errors import ConfigError

@@ -1,7 +1,7 @@
 import msgspec
 import pytest
 
-from armspan.conductor.robots_only import RobotsOnly
+from armspan.conductor.robots_only import RobotsOnly, press_robots
 from armspan.conductor.steering import Steering
 from armspan.records import Drive, GoTo, Light, Link, Press, RobotState, Say, Stop, Tick, Touch
 from puppet import settings
@@ -214,3 +214,12 @@ def test_only_those_that_follow_the_arm_stop_when_it_points_nowhere():
     steering.behave(0.0, "random-walk", "asked for", None, ["elm"])
     assert [stop.robot for stop in steering.unsteer(0.1, "expired")] == ["ash"]
     assert steering.director.busy == {"elm"}
+
+
+def test_robots_whose_names_have_spaces_are_named_alone_or_apart_by_commas():
+    steering = Steering(settings(robots=("ash", "old oak")))
+    for robot, xy in (("ash", (0.45, 0.3)), ("old oak", (0.6, 0.25))):
+        steering.robot(RobotState(0.0, robot, xy, 0.0))
+    for asked, named in (("old oak", "old oak"), ("ash, old oak", "ash, old oak"), ("ash", "ash")):
+        [said] = press_robots(steering, Press(0.1, "behaviour", f"gather:{asked}"), None)
+        assert said.text.endswith(f"({named})")

@@ -7,14 +7,10 @@ from pathlib import Path
 
 import msgspec
 
-from armspan.conductor import Conductor, Settings
-from armspan.conductor.robots_only import RobotsOnly
-from armspan.config.model_files import from_header
-from armspan.config.record_room import recorder_of
-from armspan.errors import ConfigError, LogError
+from armspan.conductor import Settings
+from armspan.config.recalled import mind_of, settings_of
 from armspan.log import LogFile, read
 from armspan.records import EVENTS, Record
-from armspan.session import Mind
 
 
 def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]") -> None:
@@ -48,33 +44,12 @@ def tell_if_cut(log: LogFile) -> None:
         print(f"{log.path} was cut off; its {len(log.records)} whole records are used", file=sys.stderr)
 
 
-def settings_of(log: LogFile) -> Settings:
-    """The settings in a log's header.
-
-    Raises:
-        LogError: when they are not those of this version.
-
-    """
-    try:
-        return msgspec.convert(log.header.get("settings"), Settings)
-    except (msgspec.ValidationError, ConfigError) as error:
-        raise LogError(
-            f"{log.path} has settings that this version of Armspan does not know ({error}): replay it with "
-            f"version {log.header.get('armspan', 'that wrote it')}"
-        ) from None
-
-
 def decisions(log: LogFile, settings: Settings) -> Iterator[Record]:
     """What a new conductor, recorder or swarm's mind decides for the events of a log."""
-    mind = recorder_of(log, settings) or _mind(log, settings)
+    mind = mind_of(log, settings)
     for record in log.records:
         if isinstance(record, EVENTS):
             yield from mind.step(record)  # type: ignore[arg-type]
-
-
-def _mind(log: LogFile, settings: Settings) -> Mind:
-    """A conductor, or where there is no band the mind of `armspan swarm`."""
-    return Conductor(settings, from_header(log.header)) if settings.bands else RobotsOnly(settings)
 
 
 def first_difference(log: LogFile, settings: Settings) -> tuple[int, Record | None, Record | None] | None:

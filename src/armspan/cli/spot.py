@@ -6,9 +6,10 @@ from typing import Any
 
 import msgspec
 
-from armspan.cli.replay import settings_of, tell_if_cut
+from armspan.cli.replay import tell_if_cut
 from armspan.conductor import Conductor
 from armspan.config.model_files import read_model, read_stream, read_truth
+from armspan.config.recalled import settings_of
 from armspan.errors import LogError
 from armspan.gesture.decision import Spotted
 from armspan.gesture.model import GestureModel

@@ -1,5 +1,7 @@
 """A mind without an arm: robots steered by presses alone, as from a page, a script or the command line."""
 
+from collections.abc import Sequence
+
 from armspan.conductor.settings import Settings
 from armspan.conductor.steering import Steering
 from armspan.records import Event, Link, Output, Press, RobotState, Say, Tick, Touch, Vec2
@@ -70,7 +72,7 @@ def press_robots(steering: Steering, press: Press, user: tuple[float, float] | N
     match press.name:
         case "behaviour":
             name, _, robots = press.value.partition(":")
-            return steering.behave(press.t, name, "asked for", user, robots.replace(",", " ").split())
+            return steering.behave(press.t, name, "asked for", user, _named(robots, steering.settings.robots))
         case "command":
             return steering.command(press)
         case "stop" | "quit":
@@ -79,3 +81,10 @@ def press_robots(steering: Steering, press: Press, user: tuple[float, float] | N
             return steering.resume(press.t, press.value)
         case _:
             return []
+
+
+def _named(text: str, known: Sequence[str]) -> list[str]:
+    """The robots that a text names, apart by commas or spaces; a robot whose name has a space needs the commas."""
+    if text.strip() in known:
+        return [text.strip()]
+    return [name.strip() for name in text.split(",")] if "," in text else text.split()

@@ -57,6 +57,8 @@ class Desk:
         try:
             await work
         except ArmspanError as error:
-            ui.notify(str(error), type="negative", timeout=10000, close_button="OK", multi_line=True)
+            ui.notify(
+                str(error), type="negative", timeout=10000, multi_line=True, actions=[{"label": "OK", "color": "white"}]
+            )
             return False
         return True

@@ -8,7 +8,7 @@ A frame is a JSON object (numbers in SI and radians, places in ``sheet``: z into
 - ``at``: ``{xy, ellipse: [a, b, angle], robot, zone, p, decided, refused}`` or null; half axes of the 90 % ellipse
 - ``arms``: ``[{side, points: [[x, y, z] * 3]}]``; ``ray``: ``[eye, end]`` or null; ``placed``: is the place known;
   ``eye``: ``[x, y, z]``; ``facing``: the yaw of ``sheet_from_user``
-- ``say``, ``cue``, ``stopped``, ``waiting: {robot: why}``, ``running: [[behaviour, [robots]]]``
+- ``say``, ``cue``, ``trouble``, ``stopped``, ``waiting: {robot: why}``, ``running: [[behaviour, [robots]]]``
 - ``setup``: ``{step, stop, stops, seen: [[number, residual, used]], quality}``
 - ``gesture``: ``{label, t}`` or null; ``chosen``: ``{name, t}`` or null; ``scores``: ``[[label, p]]``
 - ``strips``: ``{band: [[t, ax, ay, az, gx, gy, gz]]}``: the last rows
@@ -47,6 +47,9 @@ from armspan.web.host import Seen
 
 CHI90 = 4.605
 """Squared Mahalanobis radius that holds 90 % of a plane Gaussian."""
+
+TROUBLE_STAYS = 8.0
+"""Seconds for which what went wrong stays beside what is to be done now."""
 
 STRIP_HZ = 50.0
 """Rows a second and band that are drawn."""
@@ -105,7 +108,7 @@ class Shown:
         self.down: set[str] = set()
         self.strips: dict[str, Strip] = {}
         self.pointed: Pointed | None = None
-        self.said = Say(0.0, "")
+        self.said = self.trouble = Say(0.0, "")
         self.gesture: Gesture | None = None
         self.chosen: Selected | None = None
         self.scores: Scores | None = None
@@ -170,6 +173,7 @@ class Shown:
             "at": self._at(),
             "say": self.said.text,
             "cue": self.said.cue,
+            "trouble": self.trouble.text if self.t - self.trouble.t < TROUBLE_STAYS else "",
             "gesture": {"label": self.gesture.label, "t": self.gesture.t} if self.gesture else None,
             "chosen": {"name": self.chosen.robot or self.chosen.zone, "t": self.chosen.t} if self.chosen else None,
             "scores": list(zip(self.scores.labels, self.scores.probabilities, strict=True)) if self.scores else [],
@@ -266,7 +270,10 @@ class Shown:
         self.pointed = pointed
 
     def _say(self, say: Say) -> None:
-        self.said = say
+        if say.cue == "trouble":
+            self.trouble = say
+        else:
+            self.said = say
 
     def _gesture(self, gesture: Gesture) -> None:
         self.gesture = gesture

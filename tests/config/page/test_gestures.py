@@ -77,6 +77,6 @@ def test_takes_are_recorded_kept_when_it_is_ended_and_the_room_opens_again(tmp_p
 
 def log_body(log):
     """The body that a log's header tells."""
-    from armspan.cli.replay import settings_of
+    from armspan.config.recalled import settings_of
 
     return settings_of(log).body

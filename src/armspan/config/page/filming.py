@@ -15,12 +15,11 @@ from typing import BinaryIO
 
 import msgspec
 
-from armspan.conductor import Conductor, Settings
+from armspan.conductor import Settings
 from armspan.conductor.robots_only import RobotsOnly
 from armspan.conductor.sight import Sight
-from armspan.config.model_files import from_header
-from armspan.config.record_room import recorder_of
-from armspan.errors import ArmspanError, ConfigError, LogError
+from armspan.config.recalled import mind_of, settings_of
+from armspan.errors import ArmspanError
 from armspan.log import LogFile, export_csv, read
 from armspan.records import EVENTS
 from armspan.session import Mind
@@ -54,21 +53,12 @@ def recalled(log: LogFile) -> Recalled:
     """The mind of a log, that nothing was told yet.
 
     Raises:
-        LogError: settings, a recording or a model that this version of Armspan does not know.
+        LogError: settings or a recording that this version of Armspan does not know.
+        ModelError: a model that it does not know.
 
     """
-    try:
-        settings = msgspec.convert(log.header.get("settings"), Settings)
-    except (msgspec.ValidationError, ConfigError) as error:
-        raise LogError(
-            f"{log.path.name} has settings that this version of Armspan does not know ({error}): show it with version "
-            f"{log.header.get('armspan', 'that wrote it')}"
-        ) from None
-    mind = recorder_of(log, settings)
-    if mind is not None:
-        return Recalled(mind, settings)
-    robots_only = RobotsOnly(settings) if not settings.bands else None
-    return Recalled(robots_only or Conductor(settings, from_header(log.header)), settings)
+    settings = settings_of(log)
+    return Recalled(mind_of(log, settings), settings)
 
 
 def opening(log: LogFile) -> Opening:

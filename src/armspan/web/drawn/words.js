@@ -6,11 +6,14 @@ export class Say {
   constructor(box, { label }) {
     box.setAttribute("aria-live", "polite");
     box.setAttribute("aria-label", label);
-    this.box = box;
+    this.trouble = element(box, "p", "lively-trouble");
+    this.trouble.setAttribute("role", "alert");
+    this.say = element(box, "p", "lively-now");
   }
 
   draw(frame) {
-    write(this.box, frame.say ?? "");
+    write(this.trouble, frame.trouble ?? "");
+    write(this.say, frame.say ?? "");
   }
 }
 

@@ -39,7 +39,6 @@ class _Wizard:
                 button = ui.button(f"{number + 1} {name}", on_click=lambda _, n=number: self.visit(n))
                 self.buttons.append(button.props("no-caps unelevated"))
             self.clock = ui.label().classes("wizard-clock").props('role="timer"')
-        self.trouble = ui.label().classes("trouble").props('role="alert"')
         self.closed = ui.element("div").classes("panel wizard-step")
         with self.closed:
             ui.label("The room is not open for steering, so nothing can be set up.")
@@ -70,7 +69,7 @@ class _Wizard:
         self.panel.client.run_javascript("document.querySelector('.wizard-here')?.focus()")
 
     def look(self) -> None:
-        """Show the time, what went wrong, and what the step shows."""
+        """Show the time, and what the step shows."""
         shown, kept = self.desk.shown, self.kept
         activity = self.desk.host.status.activity
         self.closed.set_visibility(activity not in ("opening", "steering"))
@@ -79,9 +78,6 @@ class _Wizard:
             return
         kept.clock.look(shown.t, shown.mind.sight(), shown.said)
         self.clock.set_text(clock_words(kept.clock.seconds(shown.t), ready=kept.clock.ready is not None))
-        wrong = shown.said.text if shown.said.cue == "trouble" else ""
-        self.trouble.set_text(wrong)
-        self.trouble.set_visibility(bool(wrong))
         self.look_at_step()
 
     async def _open(self) -> None:
