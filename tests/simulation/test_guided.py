@@ -16,11 +16,13 @@ def test_the_set_ups_words_are_done_and_the_arm_rests_when_it_is_through():
     assert guided.phase is Phase.REST
 
 
-def test_a_wish_is_pointed_at_until_it_is_chosen():
+def test_a_wish_is_pointed_at_until_something_else_is_wished():
     guided = heard(Press(1, "wish", "zone:pond"))
     assert (guided.phase, guided.cues) == (Phase.POINT, ["point:zone:pond"])
     guided.hear(Selected(2, "wrist", None, "pond", 0.9, "dwell"))
-    assert (guided.phase, guided.cues[1:]) == (Phase.REST, ["rest"])
+    assert (guided.phase, guided.cues[1:]) == (Phase.POINT, [])
+    guided.hear(Press(3, "wish", "rest"))
+    assert (guided.phase, guided.cues[1:]) == (Phase.PERFORM, ["rest"])
 
 
 def test_gestures_are_wished_too_and_other_presses_are_not_heard():

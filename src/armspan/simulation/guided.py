@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, field
 
-from armspan.records import Press, Record, Say, Selected
+from armspan.records import Press, Record, Say
 from armspan.simulation.script import Phase
 
 WISH = "wish"
@@ -12,33 +12,22 @@ WISH = "wish"
 
 @dataclass(slots=True)
 class Guided:
-    """Does what the set-up's words say, and what is wished; it never ends by itself.
-
-    Having chosen what was wished for, the person lowers the arm.
-    """
+    """Does what the set-up's words say, and what is wished, until something else is; it never ends by itself."""
 
     phase: Phase = Phase.WAIT
     cues: list[str] = field(default_factory=list)
 
     def hear(self, record: Record) -> None:
-        """Take note of words, wishes and choices."""
+        """Take note of words and wishes."""
         if isinstance(record, Press) and record.name == WISH:
             kind = record.value.partition(":")[0]
             self.phase = Phase.POINT if kind in ("robot", "zone") else Phase.PERFORM
             self.cues.append(f"point:{record.value}" if self.phase is Phase.POINT else record.value)
-        elif isinstance(record, Selected) and self.phase is Phase.POINT:
-            self._rest()
         elif isinstance(record, Say) and record.cue:
-            if record.cue == "ready":
-                self._rest()
-            else:
-                self.phase = Phase.SET_UP
-                self.cues.append(record.cue)
+            ready = record.cue == "ready"
+            self.phase = Phase.REST if ready else Phase.SET_UP
+            self.cues.append("rest" if ready else record.cue)
 
     def step(self, t: float) -> list[Press]:
         """Such a person presses nothing."""
         return []
-
-    def _rest(self) -> None:
-        self.phase = Phase.REST
-        self.cues.append("rest")
