@@ -56,3 +56,17 @@ def test_what_the_robots_are_at_is_seen():
     puppet.press("stop")
     puppet.run(0.2)
     assert (puppet.conductor.sight().stopped, puppet.conductor.sight().running) == (True, ())
+
+
+def test_how_well_stops_fit_is_seen_as_soon_as_they_can_be_compared():
+    puppet = Puppet()
+    puppet.press("setup")
+    counts = []
+    for _ in range(1200):
+        puppet.step()
+        counts.append((puppet.conductor.sight().stop, len(puppet.conductor.sight().seen)))
+        if counts[-1][1] == 4:
+            break
+    assert list(dict.fromkeys(counts)) == [(1, 0), (2, 0), (3, 0), (4, 3), (4, 4)]
+    puppet.press("setup")
+    assert puppet.conductor.sight().seen == ()

@@ -137,8 +137,10 @@ def test_what_is_asked_is_told_with_its_stop():
 
 
 def test_stops_of_a_first_round():
-    told = [words.stop_words(sight("point", 2, seen=SEEN), number) for number in (1, 2, 3)]
-    assert told == ["taken", "now", "to come"]  # what an earlier round left is not this one's
+    told = [words.stop_words(sight("point", 2), number) for number in (1, 2, 3)]
+    assert told == ["taken", "now", "to come"]
+    told = [words.stop_words(sight("point", 4, seen=SEEN[:3]), number) for number in (1, 3, 4)]
+    assert told == ["0.5 degrees off: fits well", "6.0 degrees off: fits badly", "now"]
 
 
 def test_stops_of_a_round_that_is_done_or_taken_again_in_part():

@@ -217,7 +217,7 @@ def stop_words(sight: Sight, number: int) -> str:
     seen = {stop.number: stop for stop in sight.seen}
     if sight.step in ("drive", "point") and number == sight.stop:
         return "now"
-    if number in seen and (sight.step == "idle" or sight.place is not None):
+    if number in seen:
         return seen_words(seen[number])
     if sight.step in ("drive", "point") and number < sight.stop:
         return "taken"
