@@ -79,7 +79,7 @@ def test_a_person_reads_a_table_and_a_verdict(capsys):
     for row in ("Covered", "Locational cost", "Paths", "Least gap", "Stuck robots", "Collisions", "Violations"):
         assert row in out
     assert " ".join(out.split()).endswith("without a collision, a violation or a stuck robot.")
-    assert "asked for: gather" in err
+    assert "asked for: come together" in err
 
 
 def test_picture_and_log_are_written(capsys, tmp_path):

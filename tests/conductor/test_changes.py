@@ -20,7 +20,7 @@ def test_zones_are_replaced_and_a_pointed_one_is_found():
     pointed = [record for record in puppet.run(2) if isinstance(record, Pointed)][-1]
     assert (pointed.zone, pointed.decided) == ("harbour", True)
     began = puppet.press("behaviour", "sweep@harbour")
-    assert [record.text for record in began if isinstance(record, Say)] == ["asked for: sweep in harbour"]
+    assert [record.text for record in began if isinstance(record, Say)] == ["asked for: cover harbour in lanes"]
 
 
 @pytest.mark.parametrize(

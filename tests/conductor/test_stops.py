@@ -132,10 +132,10 @@ def test_a_chosen_robot_is_the_only_one_that_the_next_gesture_is_for():
     puppet.point_at("elm")
     puppet.run(4, until=Selected)
     said = puppet.conductor._behave(puppet.t, "random-walk", "gesture mixing")
-    assert said[-1].text == "gesture mixing: random-walk (elm)"
+    assert said[-1].text == "gesture mixing: wander about (elm)"
     assert moving(puppet.run(0.5)) == {"elm"}
     said = puppet.conductor._behave(puppet.t, "gather", "gesture raise_both")
-    assert said[-1].text == "gesture raise_both: gather"  # a choice counts once
+    assert said[-1].text == "gesture raise_both: come together"  # a choice counts once
 
 
 def test_a_choice_is_forgotten_after_a_while():
@@ -156,6 +156,6 @@ def test_a_chosen_zone_is_the_one_that_is_swept():
     chosen = [output for output in puppet.run(4, until=Selected) if isinstance(output, Selected)]
     assert [choice.zone for choice in chosen] == ["pond"]
     said = puppet.conductor._behave(puppet.t, "sweep", "gesture breaststroke")
-    assert said[-1].text == "gesture breaststroke: sweep in pond"
+    assert said[-1].text == "gesture breaststroke: cover pond in lanes"
     said = puppet.conductor._behave(puppet.t, "sweep", "gesture breaststroke")
-    assert said[-1].text == "gesture breaststroke: sweep"
+    assert said[-1].text == "gesture breaststroke: cover the sheet in lanes"

@@ -3,10 +3,10 @@ from armspan.web.control import Control
 
 def test_the_first_browser_steers_and_taking_over_is_seen_by_all():
     control = Control()
-    assert [control.enter("a", "Computer"), control.enter("b", "Tablet")] == ["Computer 1", "Tablet 2"]
+    assert [control.enter("a", "Computer"), control.enter("b", "Tablet")] == ["Computer 1", "Tablet 1"]
     assert (control.words("a"), control.words("b")) == ("You have control", "Computer 1 has control")
     control.take("b")
-    assert (control.words("a"), control.words("b")) == ("Tablet 2 has control", "You have control")
+    assert (control.words("a"), control.words("b")) == ("Tablet 1 has control", "You have control")
 
 
 def test_only_the_going_of_who_steers_matters():

@@ -14,7 +14,7 @@ class Host:
         self.pressed = []
 
     async def press(self, name, value=""):
-        self.pressed.append(name)
+        self.pressed.append((name, value))
 
 
 @pytest.mark.parametrize(
@@ -38,4 +38,4 @@ def test_when_the_browser_that_steers_is_gone_the_robots_stop():
     asyncio.run(_leave(office, "b"))
     assert office.host.pressed == []
     asyncio.run(_leave(office, "a"))
-    assert office.host.pressed == ["stop"]
+    assert office.host.pressed == [("stop", "the page that had control was closed")]

@@ -56,9 +56,12 @@ def port(text: str) -> int:
 
 def speed(text: str) -> float:
     """How many times as fast, for argparse."""
-    times = positive(text)
+    try:
+        times = float(text)
+    except ValueError:
+        times = 0.0
     if not 0.1 <= times <= 20:
-        raise argparse.ArgumentTypeError(f"{text!r}: expected 0.1 to 20 times as fast")
+        raise argparse.ArgumentTypeError(f"{text!r} is not how many times as fast, from 0.1 to 20")
     return times
 
 

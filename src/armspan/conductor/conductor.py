@@ -209,7 +209,7 @@ class Conductor:
             behaviour = self.settings.gestures.get(found.label)
             if self._setup.step is Step.IDLE or behaviour == STOP:
                 outputs.append(found)
-                outputs.extend(self._behave(t, behaviour, f"gesture {found.label}"))
+                outputs.extend(self._behave(t, behaviour, f"gesture {found.label.replace('_', ' ')}"))
         return outputs
 
     def _behave(self, t: float, name: str | None, why: str) -> list[Output]:
@@ -306,7 +306,7 @@ class Conductor:
                 self.feedback = press.value == "on"
                 return list(self._lights.step(press.t, None, self.states)) if not self.feedback else []
             case "stop" | "quit":
-                return self._stop(press.t, press.name)
+                return self._stop(press.t, press.value or press.name)
         return press_robots(self._steering, press, self._user())
 
     def _change(self, press: Press) -> list[Output]:

@@ -76,7 +76,7 @@ def press_robots(steering: Steering, press: Press, user: tuple[float, float] | N
         case "command":
             return steering.command(press)
         case "stop" | "quit":
-            return steering.stop(press.t, press.name)
+            return steering.stop(press.t, press.value or press.name)
         case "resume":
             return steering.resume(press.t, press.value)
         case _:

@@ -14,6 +14,7 @@ from armspan.swarm.errands import Errands
 from armspan.swarm.fitness import unfit
 from armspan.swarm.lights import LEDS
 from armspan.swarm.safety import SafetyFilter
+from armspan.swarm.words import order_words
 
 _COMMAND: "msgspec.json.Decoder[Command]" = msgspec.json.Decoder(Command)
 
@@ -144,7 +145,7 @@ class Steering:
         for robot in able:
             self.errands.goals.pop(robot, None)
         only = f" ({', '.join(able)})" if robots else ""
-        return [Say(t, f"{why}: {order.replace('@', ' in ')}{only}", "")]
+        return [Say(t, f"{why}: {order_words(order)}{only}", "")]
 
     def _halt(self, t: float, robots: Sequence[str], why: str) -> list[Output]:
         for robot in robots:

@@ -6,28 +6,9 @@ from typing import Literal, Protocol, TypeAlias
 import msgspec
 
 from armspan.records import Zone
+from armspan.swarm.words import order_words
 
 Turn: TypeAlias = Literal["start", "pause", "next", "previous"]
-
-WORDS: dict[str, str] = {
-    "random-walk": "Wander about",
-    "sweep": "Cover the sheet in lanes",
-    "deploy": "Spread out evenly",
-    "deploy-field": "Spread out by pushing apart",
-    "gather": "Come together",
-    "disperse": "Go far apart",
-    "follow": "Follow where the arm points",
-    "formation": "Go to the pointed place in formation",
-    "rotate-left": "Turn round to the left",
-    "rotate-right": "Turn round to the right",
-    "split": "Split in two groups",
-    "merge": "Make one group again",
-    "patrol": "Visit the zones in turn",
-    "leader": "One leads where the arm points",
-    "come": "Come to the person",
-    "stop": "Stop",
-}
-"""Every behaviour in a person's words."""
 
 
 class Act(msgspec.Struct, frozen=True):
@@ -75,9 +56,6 @@ class Activities(Protocol):
 
 
 def in_words(order: str) -> str:
-    """A behaviour, and the zone that it is for, in a person's words."""
-    name, _, zone = order.partition("@")
-    words = WORDS.get(name, name.replace("-", " ").capitalize())
-    if not zone:
-        return words
-    return f"Cover {zone} in lanes" if name == "sweep" else f"{words} in {zone}"
+    """A behaviour, and the zone that it is for, as an activity's name."""
+    words = order_words(order)
+    return words[:1].upper() + words[1:]

@@ -10,9 +10,7 @@ async def confirmed(words: str, yes: str) -> bool:
         with ui.row():
             ui.button(yes, on_click=lambda: dialog.submit(True)).props("autofocus")
             ui.button("Cancel", on_click=lambda: dialog.submit(False)).props("flat")
-    answer = await dialog
-    dialog.delete()
-    return bool(answer)
+    return bool(await _answer(dialog))
 
 
 async def named(words: str, label: str, value: str = "") -> str:
@@ -24,6 +22,12 @@ async def named(words: str, label: str, value: str = "") -> str:
         with ui.row():
             ui.button("OK", on_click=lambda: dialog.submit(typed.value))
             ui.button("Cancel", on_click=lambda: dialog.submit(""))
+    return str(await _answer(dialog) or "").strip()
+
+
+async def _answer(dialog: ui.dialog) -> object:
+    """What was answered; the dialog is gone then, also where its browser went before it was."""
     answer = await dialog
-    dialog.delete()
-    return str(answer or "").strip()
+    if not dialog.is_deleted:
+        dialog.delete()
+    return answer

@@ -1,5 +1,6 @@
 """Who steers: one browser at a time; who has control is visible, and taking it over is one click."""
 
+import itertools
 from dataclasses import dataclass, field
 
 
@@ -10,14 +11,13 @@ class Control:
     names: dict[str, str] = field(default_factory=dict)
     holder: str | None = None
     _away: set[str] = field(default_factory=set)
-    _count: int = 0
 
     def enter(self, browser: str, what: str) -> str:
         """A browser's line to the page is up; a new one is named, and steers if nobody does or who does is away."""
         self._away.discard(browser)
         if browser not in self.names:
-            self._count += 1
-            self.names[browser] = f"{what} {self._count}"
+            names = (f"{what} {number}" for number in itertools.count(1))
+            self.names[browser] = next(name for name in names if name not in self.names.values())
         if self.holder is None or self.holder in self._away:
             self.holder = browser
         return self.names[browser]

@@ -47,12 +47,19 @@ class Guard:
         headers = {key.decode("latin-1").lower(): value.decode("latin-1") for key, value in scope["headers"]}
         answer = self._refused(scope, headers)
         if answer is None:
-            await self._app(scope, receive, _with_policy(send) if scope["type"] == "http" else send)
+            await self._let_in(scope, receive, send)
         elif scope["type"] == "websocket":
             await receive()
             await send({"type": "websocket.close", "code": 1008, "reason": "not allowed"})
         else:
             await answer(scope, receive, send)
+
+    async def _let_in(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await self._app(scope, receive, _with_policy(send) if scope["type"] == "http" else send)
+        except RuntimeError as error:
+            if str(error) != "No response returned.":  # Starlette's word for a browser that went before its answer
+                raise
 
     def _refused(self, scope: Scope, headers: Mapping[str, str]) -> Response | None:
         host = headers.get("host", "")

@@ -66,7 +66,7 @@ def _state(desk: Desk) -> Callable[[], None]:
         why = ui.label().props('role="alert"')
         ui.button("Open the room again", on_click=lambda: _open(desk))
     with ui.element("div").classes("halted") as halted:
-        ui.label("All robots are stopped, and stay so until somebody lets them go on").props('role="alert"')
+        stopped = ui.label().props('role="alert"')
         ui.button("Let the robots move again", on_click=lambda: desk.press("resume"))
 
     def look() -> None:
@@ -75,6 +75,9 @@ def _state(desk: Desk) -> Callable[[], None]:
         why.set_text(status.trouble or "The room is closed")
         shut.set_visibility(status.activity == "idle")
         halted.set_visibility(sight is not None and sight.stopped)
+        told = desk.shown.stopped_why
+        why_stopped = f" ({told})" if told not in ("", "stop") else ""
+        stopped.set_text(f"All robots are stopped{why_stopped}, and stay so until somebody lets them go on")
 
     return look
 
@@ -91,7 +94,7 @@ def _built(build: Callable[[Desk], None], desk: Desk) -> Callable[[], None]:
 async def _leave(office: Office, browser: str) -> None:
     """A browser is gone; when the one that steered goes, nobody sees to the robots any more, and they stop."""
     if office.control.leave(browser):
-        await office.host.press("stop")
+        await office.host.press("stop", "the page that had control was closed")
 
 
 def _device(agent: str) -> str:

@@ -109,6 +109,7 @@ class Shown:
         self.strips: dict[str, Strip] = {}
         self.pointed: Pointed | None = None
         self.said = self.trouble = Say(0.0, "")
+        self.stopped_why = ""
         self.gesture: Gesture | None = None
         self.chosen: Selected | None = None
         self.scores: Scores | None = None
@@ -285,7 +286,9 @@ class Shown:
         self.scores = scores
 
     def _stop(self, stop: Stop) -> None:
-        """A stop changes what the robots are at, which is asked of the mind."""
+        """Note why all robots stopped; what was said before holds no more."""
+        if stop.robot is None:
+            self.stopped_why, self.said = stop.why, Say(stop.t, "")
 
 
 _TAKES: dict[type[Record], Callable[[Shown, Any], None]] = {

@@ -55,7 +55,7 @@ def test_from_no_takes_to_live_bars(tab, served):
 
     choice = tab.get_by_label("mixing").last
     choice.click()
-    tab.get_by_role("option", name="gather in the middle").click()
+    tab.get_by_role("option", name="come together").click()
     tab.get_by_role("button", name="Save for this room").click()
     tab.get_by_text("Saved: the next sessions").wait_for()
     assert len(list((served.folder / "models").glob("*.model"))) == 2  # with the threshold as it is now

@@ -56,6 +56,7 @@ class PageHost:
         self._status = Status(room=name)
         self._task: asyncio.Task[None] | None = None
         self._turn = asyncio.Lock()
+        self.begun = 0
         self.gestures = Gestures(self, takes or sessions.parent / "takes")
         self.activities = ActivityList(sessions / f"{name}.activities.json", self._steering, self.press, self._keep)
         self.logs = LogShelf(self)
@@ -106,6 +107,7 @@ class PageHost:
     async def begin(self, activity: Activity, work: Callable[[], Awaitable[None]]) -> None:
         """End what runs, then let ``work`` run as ``activity`` until it ends or the next one begins."""
         async with self._turn:
+            self.begun += 1
             await self._end()
             self.tell(activity=activity, trouble="")
             self._task = asyncio.create_task(self._run(work))

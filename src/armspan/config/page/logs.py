@@ -60,6 +60,7 @@ class LogShelf:
         if name == self._open():
             raise LogError(f"{name} is being written: it can be shown when its session has ended")
 
+        begun = self._page.begun
         stack = AsyncExitStack()
         process = await stack.enter_async_context(working("frames", str(path)))
         try:
@@ -69,6 +70,9 @@ class LogShelf:
             why = short(str(error), path)
             self._mark(path, why)
             raise LogError(why) from None
+        if self._page.begun != begun:
+            await stack.aclose()
+            raise LogError(f"{name} is not shown: something else was opened while it was read")
 
         async def show() -> None:
             self._page.tell(log=str(path), simulated=film.opening.simulated)

@@ -2,6 +2,7 @@
 
 import asyncio
 import secrets
+import socket
 from collections.abc import Callable
 from pathlib import Path
 
@@ -45,7 +46,19 @@ async def serve_page(
         await asyncio.shield(page.close())
 
 
+def own_address(host: str) -> str:
+    """This machine's address in its network; ``host`` where it has none."""
+    family, far = (socket.AF_INET6, "2001:db8::1") if ":" in host else (socket.AF_INET, "192.0.2.1")
+    with socket.socket(family, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect((far, 9))  # nothing is sent: it only asks which way such a packet would take
+            return str(probe.getsockname()[0])
+        except OSError:
+            return host
+
+
 def address(host: str, port: int, token: str | None) -> str:
-    """The address to open in a browser."""
-    name = f"[{host}]" if ":" in host else host
+    """The address to open in a browser, from another device where the page is served everywhere."""
+    told = own_address(host) if host in ("0.0.0.0", "::") else host
+    name = f"[{told}]" if ":" in told else told
     return f"http://{name}:{port}/" + (f"?token={token}" if token else "")

@@ -1,11 +1,14 @@
 """Training: begin, how far it is, what came out."""
 
+import re
+import time
+
 from nicegui import ui
 
 from armspan.gesture.model import Facts
 from armspan.gesture.training import advice
 from armspan.web.desk import Desk
-from armspan.web.views.gestures_words import account, confusion_table
+from armspan.web.views.gestures_words import account, confusion_table, name_of
 
 
 def build(desk: Desk) -> None:
@@ -23,6 +26,7 @@ class _Train:
     def __init__(self, desk: Desk) -> None:
         self.desk = desk
         self._shown: Facts | None = None
+        self._since: float | None = None
         with ui.element("div").classes("gest-row"):
             self.train = ui.button("Train on all takes", on_click=self._begin).classes("gest-button")
             self.cancel = ui.button("Cancel training", on_click=self._cancel).classes("gest-button").props("outline")
@@ -55,9 +59,9 @@ class _Train:
         self.cancel.set_visibility(job.runs)
         self.bar.set_visibility(job.runs)
         self.bar.set_value(job.share)
-        self.told.set_text(
-            f"{job.what[:1].upper()}{job.what[1:]} ({100 * job.share:.0f} %)" if job.runs else job.trouble
-        )
+        self._since = (self._since or time.monotonic()) if job.runs else None
+        going = f"{job.what[:1].upper()}{job.what[1:]} (since {time.monotonic() - (self._since or 0.0):.0f} s)"
+        self.told.set_text(going if job.runs else job.trouble)
         self.use.set_visibility(trained is not None and not gestures.used and not job.runs)
         model = gestures.model
         facts = trained.facts if trained is not None else model.facts if model is not None else None
@@ -78,4 +82,10 @@ class _Train:
             with ui.element("ul").classes("gest-advice"):
                 for line in advice(facts):
                     with ui.element("li"):
-                        ui.label(line)
+                        ui.label(_named(line, facts))
+
+
+def _named(line: str, facts: Facts) -> str:
+    """A line with the gestures' names in the place of their labels."""
+    labels = sorted(facts.labels, key=len, reverse=True)
+    return re.sub("|".join(rf"\b{re.escape(label)}\b" for label in labels), lambda found: name_of(found[0]), line)

@@ -8,30 +8,10 @@ from armspan.gesture.model import Facts
 from armspan.gesture.scoring import rate_bound
 from armspan.gesture.takes import NULL
 from armspan.swarm.director import IN_ZONES, MAKERS, STOP
+from armspan.swarm.words import order_words
 from armspan.web.views.gestures_host import Curves, TakeRow
 
 EVERYDAY = "everyday motion"
-
-ORDERS: Mapping[str, str] = {
-    "": "nothing",
-    STOP: "stop all robots",
-    "random-walk": "walk at random",
-    "sweep": "sweep the whole sheet",
-    "deploy": "spread evenly over the sheet",
-    "deploy-field": "push apart and fill the sheet",
-    "gather": "gather in the middle",
-    "disperse": "move away from each other",
-    "follow": "follow where the arm points",
-    "formation": "form a shape",
-    "rotate-left": "circle to the left",
-    "rotate-right": "circle to the right",
-    "split": "split in two groups",
-    "merge": "join into one group",
-    "patrol": "patrol along the rim",
-    "leader": "follow one that the arm leads",
-    "come": "come to the user",
-}
-"""What a gesture can begin, in words."""
 
 _NAMES = {
     "x_left_high": "big X, left arm high",
@@ -52,8 +32,9 @@ def name_of(label: str) -> str:
 
 def orders_of(zones: Sequence[str]) -> dict[str, str]:
     """Everything that a gesture can begin in a room with these zones, with its words."""
-    plain = {order: ORDERS.get(order, order) for order in ("", STOP, *MAKERS)}
-    return plain | {f"{order}@{zone}": f"{order} in the zone {zone}" for order in IN_ZONES for zone in zones}
+    plain = {"": "nothing"} | {order: order_words(order) for order in (STOP, *MAKERS)}
+    in_zones = [f"{order}@{zone}" for order in IN_ZONES for zone in zones]
+    return plain | {order: order_words(order) for order in in_zones}
 
 
 def own_labels(text: str) -> list[str]:

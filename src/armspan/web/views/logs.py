@@ -99,8 +99,10 @@ class LogPanel:
             words = "This ends what runs now: the robots are stopped, and its log is closed. Show the session again?"
             if running and not await confirmed(words, "End it and show the session"):
                 return
-            ui.notify("The log is being read …", type="info", timeout=2000)
-            if await self.desk.do(self.desk.host.logs.replay(log.name)):
+            reading = ui.notification("The log is being read …", type="info", timeout=None, spinner=True)
+            shown = await self.desk.do(self.desk.host.logs.replay(log.name))
+            reading.dismiss()
+            if shown:
                 ui.run_javascript("window.scrollTo(0, 0)")
             else:
                 await self.look()

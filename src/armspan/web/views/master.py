@@ -4,10 +4,12 @@ from collections.abc import Sequence
 
 from nicegui import ui
 
+from armspan.gesture.takes import INITIAL
 from armspan.simulation.gesture_styles import LABELS
 from armspan.swarm.director import IN_ZONES, MAKERS
 from armspan.web.activities import in_words
 from armspan.web.desk import Desk
+from armspan.web.views.gestures_words import name_of
 from armspan.web.views.master_list import ActivityPanel, TurnPanel
 from armspan.web.views.master_robots import RobotPanel
 from armspan.web.views.master_zones import ZonePanel
@@ -113,7 +115,9 @@ class PersonPanel:
         with self.buttons:
             self._row("Point at", [(name, f"robot:{name}") for name in robots])
             self._row("Point at the zone", [(name, f"zone:{name}") for name in zones])
-            self._row("Make the gesture", [(label.replace("_", " "), f"gesture:{label}") for label in LABELS])
+            self._row(
+                "Make the gesture", [(name_of(label), f"gesture:{label}") for label in LABELS if label != INITIAL]
+            )
             self._row("Or", [("everyday motion", f"everyday:{_EVERYDAY}"), ("rest", "rest")])
 
     def _row(self, words: str, wishes: list[tuple[str, str]]) -> None:

@@ -39,6 +39,8 @@ class _Wizard:
                 button = ui.button(f"{number + 1} {name}", on_click=lambda _, n=number: self.visit(n))
                 self.buttons.append(button.props("no-caps unelevated"))
             self.clock = ui.label().classes("wizard-clock").props('role="timer"')
+            again = ui.button("Start the time now", on_click=lambda: self.kept.clock.start(self.desk.shown.t))
+            again.props("no-caps outline")
         self.closed = ui.element("div").classes("panel wizard-step")
         with self.closed:
             ui.label("The room is not open for steering, so nothing can be set up.")

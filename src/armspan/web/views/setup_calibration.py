@@ -44,6 +44,8 @@ class _Calibration:
         self.begin.set_text("Begin again" if ready or sight.step != "idle" else "Begin")
         self.begin.set_enabled(not sight.stopped)
         self.begin.props(f"color={'white' if ready else 'primary'} text-color={'dark' if ready else 'white'}")
+        if ready and not self.next.visible:  # who goes on by keyboard goes on there
+            self.next.client.run_javascript(f"setTimeout(() => getHtmlElement({self.next.id})?.focus(), 100)")
         self.next.set_visibility(ready)
         self.bar.set_value(progress_share(sight))
         self.progress.set_text(progress_words(sight))

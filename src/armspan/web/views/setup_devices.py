@@ -29,7 +29,6 @@ def build(desk: Desk, kept: Kept, go: Callable[[int], None]) -> Callable[[], Non
     advice = ui.label().classes("wizard-lines")
     joining = ui.label().classes("wizard-joining")
     with ui.element("div").classes("wizard-buttons"):
-        ui.button("Start the time now", on_click=lambda: kept.clock.start(desk.shown.t)).props("no-caps outline")
         ui.button("Next: measures", on_click=lambda: go(1)).props("no-caps")
 
     def look() -> None:
