@@ -281,3 +281,9 @@ def test_a_killed_command_leaves_no_worker_behind():
         with suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGKILL)
     assert process.returncode == -signal.SIGKILL
+
+
+def test_pictures_that_are_there_are_kept(tmp_path, capsys):
+    (tmp_path / "bands.png").write_text("mine")
+    message = refused(capsys, tmp_path, "study", "pointing-error", "--count", "100", "--picture", tmp_path)
+    assert "bands.png exists and is kept" in message

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any, get_args
 
 import msgspec
-from rich.console import Console
 
 from armspan.body.marker_sheet import marker_pdf
 from armspan.body.measured import Measured, measure
 from armspan.body.told import Told
 from armspan.cli.body_answer import document, table
+from armspan.cli.results import Results
 from armspan.config.body_file import check_new, write_body
 from armspan.config.body_views import Side, View, Wanted, check_free, read_view
 from armspan.config.pifpaf import predict
@@ -110,7 +110,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         sys.stdout.buffer.write(msgspec.json.encode(document(found)) + b"\n")
     else:
-        Console().print(table(found))
+        Results().print(table(found))
     _talk(args, found)
     if args.delete_pictures:
         for view in views:

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from armspan.cli.results import Results
 from armspan.config.body_file import read_body
 from armspan.config.recordings import Recording, read_pairs, read_rays
 from armspan.errors import CalibrationError, ConfigError, DataError
@@ -85,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
             document["predictions"] = [_prediction(float(t), s) for t, s in zip(rays.times, spots, strict=True)]
         sys.stdout.buffer.write(msgspec.json.encode(document) + b"\n")
     else:
-        _show(Console(), fit, recording, rays, spots)
+        _show(Results(), fit, recording, rays, spots)
     return 0
 
 

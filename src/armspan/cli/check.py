@@ -7,10 +7,10 @@ import platform
 import re
 
 import msgspec
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Column, Table
 
+from armspan.cli.results import Results
 from armspan.cli.run import positive
 from armspan.config.survey import Survey, survey
 from armspan.links.hci import radio_named
@@ -81,7 +81,7 @@ def _show(rows: list[dict[str, str | None]]) -> None:
             row["version"] or "missing",
             escape(row["get"] or ""),
         )
-    Console().print(table)
+    Results().print(table)
 
 
 def _show_reach(seen: Survey) -> None:
@@ -99,7 +99,7 @@ def _show_reach(seen: Survey) -> None:
             found.firmware or "",
             found.note,
         )
-    console = Console()
+    console = Results()
     console.print(table if seen.found else "Nothing is in reach.")
     for missing in seen.missing:
         console.print(f"{missing.door}: {missing.why}", markup=False, highlight=False)

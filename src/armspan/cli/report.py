@@ -2,8 +2,9 @@
 
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
+
+from armspan.cli.results import Results
 
 
 def print_account(document: dict[str, Any], title: str = "What the session showed") -> None:
@@ -13,7 +14,7 @@ def print_account(document: dict[str, Any], title: str = "What the session showe
     table.add_column()
     for row in _rows(document):
         table.add_row(*row)
-    Console().print(table)
+    Results().print(table)
 
 
 def _rows(document: dict[str, Any]) -> list[tuple[str, str]]:

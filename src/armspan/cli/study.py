@@ -21,6 +21,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedCo
 from rich.table import Table as Shown
 
 from armspan.cli import ranges
+from armspan.cli.results import Results
 from armspan.cli.study_tables import value_tables
 from armspan.config.error_recordings import read_error_recordings
 from armspan.errors import ConfigError
@@ -53,7 +54,13 @@ def add_parser(subparsers: "argparse._SubParsersAction[argparse.ArgumentParser]"
     add("--json", action="store_true", help="print one JSON object")
     add("--picture", type=Path, metavar="DIR", help="draw the pictures there")
     add("--recordings", type=Path, metavar="DIR", help="real recordings: a folder with people/ and pointing/")
-    add("--count", type=_count, default=COUNT, metavar="N", help="simulated calibrations (default: %(default)s)")
+    add(
+        "--count",
+        type=_count,
+        default=COUNT,
+        metavar="N",
+        help="calibrations, 100 or more (default: %(default)s)",
+    )
     add("--people", type=_people, default=PEOPLE, metavar="N", help="virtual people (default: %(default)s)")
     add("--seed", type=ranges.seed, default=0, metavar="N", help="another draw of everything (default: %(default)s)")
     parser.set_defaults(run=run)
@@ -71,6 +78,7 @@ def run(args: argparse.Namespace) -> int:
     """Compute, draw, and print the results on stdout; the exit code is 0."""
     recordings = read_error_recordings(args.recordings) if args.recordings else None
     if args.picture:
+        _keep_what_is_there(args.picture)
         _make(args.picture)
     with _progress() as told, _mapper() as mapper:
         told("the report's section 1.3", 0, 1)
@@ -83,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
         document = {"reproduction": asdict(found), "values": values.document()}
         sys.stdout.buffer.write(msgspec.json.encode(document) + b"\n")
     else:
-        _show(Console(), (*tables(found), *value_tables(values)))
+        _show(Results(), (*tables(found), *value_tables(values)))
     if recordings is None:
         print("armspan study: simulated only; --recordings DIR adds real people", file=sys.stderr)
     return 0
@@ -98,6 +106,13 @@ def _make(folder: Path) -> None:
         raise ConfigError(
             f"{folder} cannot be a folder for pictures ({error.strerror}): name another one with --picture"
         ) from None
+
+
+def _keep_what_is_there(folder: Path) -> None:
+    """Refuse to draw over pictures (ConfigError): they may have taken many minutes."""
+    there = sorted(folder.glob("*.png"))
+    if there:
+        raise ConfigError(f"{there[0]} exists and is kept: name a folder without pictures with --picture")
 
 
 @contextmanager

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
 from armspan import __version__
 from armspan.cli.demo import count, seed
 from armspan.cli.play import make_folder, stop_on_signals, talk
+from armspan.cli.results import Results
 from armspan.cli.run import positive
 from armspan.cli.swarm_report import print_run, title
 from armspan.config.doors import make_doors
@@ -288,7 +288,7 @@ def _tell_all(as_json: bool) -> None:
         table.add_column()
         for row in words.items():
             table.add_row(*map(escape, row))
-        Console().print(table)
+        Results().print(table)
 
 
 def _first_line(maker: object) -> str:

@@ -2,8 +2,9 @@
 
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
+
+from armspan.cli.results import Results
 
 
 def title(document: dict[str, Any]) -> str:
@@ -23,7 +24,7 @@ def print_run(document: dict[str, Any]) -> None:
     table.add_column()
     for row in _rows(document):
         table.add_row(*row)
-    console = Console()
+    console = Results()
     console.print(table)
     console.print(_verdict(document))
 

@@ -12,6 +12,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from armspan.cli.demo import seed
+from armspan.cli.results import Results
 from armspan.cli.run import positive
 from armspan.config.model_files import check_picture, check_target, write_model
 from armspan.config.take_files import read_takes, write_whole
@@ -149,7 +150,7 @@ def describe(facts: Facts) -> dict[str, Any]:
 
 def show(facts: Facts, path: Path) -> None:
     """The account in words."""
-    console = Console(file=sys.stdout, soft_wrap=True, highlight=False)
+    console = Results(soft_wrap=True, highlight=False)
     takes = sum(facts.takes.values())
     console.print(
         f"{path}: {facts.kind}, {facts.recipe} recipe, {takes} takes of {len(facts.labels)} gestures by "

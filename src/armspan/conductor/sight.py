@@ -80,7 +80,7 @@ def look(
         (_vec3(ray[0]), _vec3(ray[1])) if ray is not None else None,
         steering.filter.stopped,
         dict(steering.filter.waiting),
-        tuple((running.name, tuple(sorted(running.robots))) for running in steering.director.running),
+        tuple((running.order, tuple(sorted(running.robots))) for running in steering.director.running),
         tuple(sorted(silent)),
     )
 

@@ -106,11 +106,16 @@ def order_name(text: str) -> str:
 
 @dataclass(slots=True)
 class Running:
-    """A behaviour that goes on, and the robots that take part."""
+    """A behaviour that goes on, and the robots that take part; ``order`` names the zone too that it is for."""
 
-    name: str
+    order: str
     robots: set[str]
     behaviour: Behaviour
+
+    @property
+    def name(self) -> str:
+        """The behaviour alone."""
+        return self.order.partition("@")[0]
 
 
 class Director:
@@ -140,7 +145,7 @@ class Director:
         behaviour = self._made(order, states, user) if name != STOP else None
         self.leave(states)
         if behaviour is not None and states:
-            self.running.append(Running(name, set(states), behaviour))
+            self.running.append(Running(order, set(states), behaviour))
 
     def _made(self, order: str, states: Mapping[str, RobotState], user: Vec2 | None) -> Behaviour:
         stage = self._stage(user)

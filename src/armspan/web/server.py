@@ -1,6 +1,7 @@
 """The page's own server, in the session's loop."""
 
 import asyncio
+import gc
 import socket
 from collections.abc import AsyncGenerator, Iterator
 from contextlib import asynccontextmanager, contextmanager
@@ -81,6 +82,8 @@ async def served(app: FastAPI, taken: socket.socket) -> AsyncGenerator[None, Non
     try:
         while not server.started and not serving.done():
             await asyncio.sleep(0.02)
+        gc.collect()
+        gc.freeze()  # or the collector goes through all that was loaded, again and again, and holds the loop up
         yield
     finally:
         server.should_exit = True

@@ -65,8 +65,8 @@ def test_a_battery_in_words(share, words):
     ("agenda", "frame", "words"),
     [
         (Agenda(LIST), {}, "1. Tidy: is next. Press Start."),
-        (Agenda(LIST, 0, "begun"), {"running": [["sweep", ["ash"]]]}, "1. Tidy: goes on."),
-        (Agenda(LIST, 1, "begun"), {"running": [["sweep", ["ash"]]]}, "2. Meet: goes on no more. Press Next,"),
+        (Agenda(LIST, 0, "begun"), {"running": [["sweep@pond", ["ash"]]]}, "1. Tidy: goes on."),
+        (Agenda(LIST, 1, "begun"), {"running": [["sweep@pond", ["ash"]]]}, "2. Meet: goes on no more. Press Next,"),
         (Agenda(LIST, 1, "paused"), {}, "2. Meet: paused."),
         (Agenda(LIST, 1, "begun"), {"stopped": True}, "2. Meet: all robots are stopped. Press Resume all"),
         (Agenda(), {}, "The list has no activity"),

@@ -18,6 +18,9 @@ from armspan.study.pointing_error.sources import NAMES, USUAL, Wrongs, draw_wron
 CHUNK = 2500
 """Set-ups that are computed together: enough to pay for numpy's calls, few enough for the caches."""
 
+FEWEST = 250
+"""Set-ups from which one line of a budget, or one number of stops, can be read."""
+
 TARGETS = 8
 """Places of the sheet that each set-up is asked to point at."""
 
@@ -205,9 +208,9 @@ def run(
     progress: Progress = lambda done, total: None,
     mapper: Mapper = map,
 ) -> MonteCarlo:
-    """Draw ``count`` set-ups with everything wrong at once, and a fortieth of that for each line of the budget."""
+    """Draw ``count`` set-ups with everything wrong at once, and a fortieth (`FEWEST` at least) for each budget line."""
     whole = chunks(layout, count, seed)
-    part = chunks(layout, max(1, count // 40), seed)
+    part = chunks(layout, max(FEWEST, count // 40), seed)
     alone = [replace(task, sources=(name,)) for name in NAMES for task in part]
     without = [replace(task, sources=all_but(name)) for name in NAMES for task in part]
     tasks = whole + alone + without

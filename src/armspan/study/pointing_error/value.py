@@ -9,7 +9,7 @@ import numpy as np
 from armspan.study.pointing_error import bands, feedback, moving, stops
 from armspan.study.pointing_error.bands import BandRow
 from armspan.study.pointing_error.feedback import FeedbackRow, Quoted
-from armspan.study.pointing_error.monte_carlo import FLOOR, TABLE, Layout, Mapper, MonteCarlo, run
+from armspan.study.pointing_error.monte_carlo import FEWEST, FLOOR, TABLE, Layout, Mapper, MonteCarlo, run
 from armspan.study.pointing_error.moving import RealRow, SimulatedRow
 from armspan.study.pointing_error.recordings import Recordings
 from armspan.study.pointing_error.sources import SOURCES
@@ -82,7 +82,7 @@ def study(
     begin("stops")
     found = Values(
         monte_carlo=carlo,
-        stops=tuple(stops.simulated((TABLE, FLOOR), max(1, count // 50), seed, mapper)),
+        stops=tuple(stops.simulated((TABLE, FLOOR), max(FEWEST, count // 50), seed, mapper)),
         bands=(),
         feedback=tuple(feedback.simulated(begin("feedback"), people)),
         quoted=feedback.QUOTED,

@@ -98,7 +98,7 @@ def turn_words(agenda: Agenda, frame: Mapping[str, Any], open_room: bool) -> str
         case "paused":
             return f"{name}: paused. Start begins it again."
         case "begun":
-            on = any(order == act.order.partition("@")[0] for order, _ in frame.get("running", ()))
+            on = any(order == act.order for order, _ in frame.get("running", ()))
             return f"{name}: goes on." if on else f"{name}: goes on no more. Press Next, or Start for once more."
 
 
