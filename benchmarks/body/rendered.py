@@ -14,6 +14,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +22,8 @@ import numpy as np
 from shots import SCALES, Find, Shot, draw_all, found_by, seen, sheet_scale, shots, true_points
 
 from armspan.body.anthropometry import prior
-from armspan.body.fusion import fuse
-from armspan.body.observation import MEASURES, Measure, Observation
+from armspan.body.measured import measure
+from armspan.body.observation import MEASURES, Measure
 from armspan.body.scale import HeightScale
 from armspan.body.told import Told
 from armspan.body.views import observe
@@ -56,8 +57,8 @@ def true_measure(shot: Shot, measure: Measure, kind: str) -> float:
 
 def table(title: str, rows: Mapping[tuple[str, Measure], Column]) -> None:
     print(f"\n{title}\n{'route':26s} {'measure':11s}   n   bias    SD  RMSE  claims   z  [mm]")
-    for (route, measure), column in rows.items():
-        print(f"{route:26s} {measure:11s} {column.row()}")
+    for (route, name), column in rows.items():
+        print(f"{route:26s} {name:11s} {column.row()}")
 
 
 def single_views(all_shots: Sequence[Shot], find: Find, kind: str) -> tuple[dict[Any, Column], Counter[str], list[str]]:
@@ -70,7 +71,7 @@ def single_views(all_shots: Sequence[Shot], find: Find, kind: str) -> tuple[dict
         for scale_from in SCALES if shot.known["sheet"] else SCALES[:2]:
             route = f"{shot.known['view']} {where} {scale_from}"
             try:
-                observations = seen(shot, find, scale_from)
+                observations = seen(shot, find, scale_from, prior(shot.told())).observations
             except (ArmspanError, ValueError) as error:
                 fails[route] += 1
                 why.append(f"{shot.path.stem} by {scale_from}: {error}")
@@ -88,46 +89,42 @@ def people(all_shots: Sequence[Shot]) -> Iterator[list[Shot]]:
 
 
 def fused(all_shots: Sequence[Shot], find: Find, kind: str) -> tuple[dict[Any, Column], Counter[str]]:
-    """Each person's pictures together with the prior, by several sets of pictures."""
+    """Each person's pictures together with the prior, by several sets of pictures, as ``armspan body`` does it."""
     columns: dict[Any, Column] = {}
     rejected: Counter[str] = Counter()
     routes = {
         "prior alone": (),
-        "front far, height": (("front", False, "height and lens"),),
+        "front far, height": (("front", False, "height"),),
+        "front near, height": (("front", True, "height"),),
         "both far, height": both(False, "height"),
         "both far, + lens": both(False, "height and lens"),
+        "both near, height": both(True, "height"),
         "both near, + lens": both(True, "height and lens"),
         "both near, sheet": both(True, "sheet"),
     }
     for shots_of_one in people(all_shots):
+        by_view = {(shot.known["view"], shot.known["sheet"]): shot for shot in shots_of_one}
         for route, wanted in routes.items():
-            observations: list[Observation] = []
-            for view, near, scale_from in wanted:
-                for shot in shots_of_one:
-                    if (shot.known["view"], shot.known["sheet"]) == (view, near):
-                        observations += told(shot, find, scale_from)
-            result = fuse(shots_of_one[0].prior(), observations)
+            looks = [partial(seen, by_view[view, near], find, scale_from) for view, near, scale_from in wanted]
+            try:
+                result = measure(shots_of_one[0].told(), looks).fused
+            except (ArmspanError, ValueError):
+                rejected[f"{route}: a picture is refused"] += 1
+                continue
             for r in result.rejected:
                 rejected[f"{route}: {r.observation.measure}"] += 1
             body = result.body
             values = (body.eye_height_m, *body.shoulder_to_eye_m, body.shoulder_to_fingertip_m)
             sds = np.sqrt(np.diag(np.reshape(body.covariance, (5, 5))))
-            for measure, value, sd in zip(MEASURES, values, sds, strict=True):
-                column = columns.setdefault((route, measure), Column([], []))
-                column.errors.append(value - true_measure(shots_of_one[0], measure, kind))
+            for name, value, sd in zip(MEASURES, values, sds, strict=True):
+                column = columns.setdefault((route, name), Column([], []))
+                column.errors.append(value - true_measure(shots_of_one[0], name, kind))
                 column.claimed.append(float(sd))
     return columns, rejected
 
 
 def both(near: bool, scale_from: str) -> tuple[tuple[str, bool, str], ...]:
     return ("front", near, scale_from), ("side", near, scale_from)
-
-
-def told(shot: Shot, find: Find, scale_from: str) -> tuple[Observation, ...]:
-    try:
-        return seen(shot, find, scale_from)
-    except (ArmspanError, ValueError):
-        return ()
 
 
 def point_errors(all_shots: Sequence[Shot], find: Find) -> None:

@@ -8,12 +8,11 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from armspan.body.anthropometry import Prior, prior
-from armspan.body.observation import Observation
+from armspan.body.anthropometry import Prior
 from armspan.body.scale import HeightScale
 from armspan.body.skeleton import Skeleton
 from armspan.body.told import Told
-from armspan.body.views import observe
+from armspan.body.views import Seen, observe
 
 SCALES = ("height", "height and lens", "sheet")
 SEEN = ("eye", "ear", "sh", "el", "wr", "hip", "kn", "an", "heel", "toe", "idxknuckle", "idxtip")
@@ -40,18 +39,10 @@ class Shot:
 
         return np.ascontiguousarray(cv2.imread(str(self.path))[..., ::-1])
 
-    def prior(self) -> Prior:
-        """From the typed height, sex and the arm's own eye."""
-        arm = self.known["arm"]
-        return prior(
-            Told(
-                height_m=self.truth["stature"],
-                sex=self.known["sex"],
-                arm=arm,
-                eye=arm,
-                sole_m=self.truth.get("sole", 0.0),
-            )
-        )
+    def told(self) -> Told:
+        """What the person types: height, sex, soles, the arm and its own eye."""
+        arm, sole = self.known["arm"], self.truth.get("sole", 0.0)
+        return Told(height_m=self.truth["stature"], sex=self.known["sex"], arm=arm, eye=arm, sole_m=sole)
 
 
 def draw_all(folder: Path, clothes: bool = False) -> None:
@@ -113,13 +104,13 @@ def found_by(weights: Path) -> Find:
     return find
 
 
-def seen(shot: Shot, find: Find, scale_from: str, view: str | None = None) -> tuple[Observation, ...]:
-    """The observations of one picture."""
-    skeleton, expected, view = find(shot), shot.prior(), view or shot.known["view"]
+def seen(shot: Shot, find: Find, scale_from: str, expected: Prior) -> Seen:
+    """What one picture tells."""
+    skeleton, view = find(shot), shot.known["view"]
     if scale_from == "sheet":
-        return observe(skeleton, view, sheet_scale(shot, skeleton), expected).observations
+        return observe(skeleton, view, sheet_scale(shot, skeleton), expected)
     focal = shot.known["focal_px"] if "lens" in scale_from else None
-    return observe(skeleton, view, HeightScale.of(skeleton, expected, view, focal_px=focal), expected).observations
+    return observe(skeleton, view, HeightScale.of(skeleton, expected, view, focal_px=focal), expected)
 
 
 def sheet_scale(shot: Shot, skeleton: Skeleton) -> Any:

@@ -197,15 +197,42 @@ def test_where_the_camera_is_known_perspective_costs_next_to_nothing(
             assert abs(one.value - truth[one.measure]) < 0.006, (view, one.measure)
 
 
+def without_toes(pixels: Pixels) -> Skeleton:
+    """As from near, where the toes are beyond the picture's lower edge."""
+    return skeleton(pixels, "ltoe", "rtoe")
+
+
 def test_a_known_focal_length_takes_the_perspective_out_of_up() -> None:
-    """Camera at the belt, 3 m away: 17 mm of up are perspective."""
-    pixels = {k: p for k, p in film(Person().t_pose(), distance=3.2, height=1.0).items()}
-    seen = skeleton(pixels, "ltoe", "rtoe")
-    known = observe(seen, "front", HeightScale.of(seen, MAN, focal_px=FOCAL), MAN)
-    unknown = observe(seen, "front", HeightScale.of(seen, MAN), MAN)
-    truth = Person().measures()["up"]
-    assert abs(values(known)["up"] - truth) < 0.006
-    assert values(unknown)["up"] - truth > 0.015
+    """Camera at the chest, 3.2 m away: taken as if from afar, 13 mm of up are perspective."""
+    seen = without_toes(film(Person().t_pose(), distance=3.2, height=1.26))
+    scale, truth = HeightScale.of(seen, MAN, focal_px=FOCAL), Person().measures()["up"]
+    afar = observe(seen, "front", replace(scale, distance=1000.0), MAN)
+    assert abs(values(observe(seen, "front", scale, MAN))["up"] - truth) < 0.006
+    assert values(afar)["up"] - truth > 0.010
+
+
+@pytest.mark.parametrize("view", ["front", "side"])
+def test_a_camera_of_unknown_distance_stands_between_two(view: View) -> None:
+    """Either end is one standard deviation of the perspective off."""
+    pixels = film(Person().t_pose()) if view == "front" else film(Person().pointing(), "right")
+    seen = skeleton(pixels)
+    scale = HeightScale.of(seen, MAN, view)
+    near, far = (values(observe(seen, view, one, MAN)) for one in scale.possible())
+    afar = sds(observe(seen, view, replace(scale, distance=1000.0), MAN))
+    unknown = observe(seen, view, scale, MAN)
+    assert abs(near["up"] - far["up"]) > 0.005
+    for one in unknown.observations:
+        ends = near[one.measure], far[one.measure]
+        assert_allclose(one.value, np.mean(ends), atol=1e-9)
+        assert_allclose(one.sd, np.hypot(afar[one.measure], (ends[0] - ends[1]) / 2), rtol=0.003)
+
+
+@settings(derandomize=True, max_examples=40, deadline=None)
+@given(st.floats(3.2, 8.0), st.floats(1.1, 1.3))
+def test_wherever_an_unknown_camera_stands_up_is_within_its_doubt(distance: float, height: float) -> None:
+    seen = without_toes(film(Person().t_pose(), distance=distance, height=height))
+    (up,) = (one for one in observe(seen, "front", HeightScale.of(seen, MAN), MAN).observations if one.measure == "up")
+    assert abs(up.value - Person().measures()["up"]) < up.sd
 
 
 def test_a_pixel_that_a_scale_cannot_place_is_as_if_not_found() -> None:

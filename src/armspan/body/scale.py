@@ -1,7 +1,7 @@
 """From a picture's pixels to metres in the plane of the person's body.
 
-Both pictures are taken as if from far away: the camera level, at chest height and at least 4 m off. Nearer or lower
-ones stretch what is near the lens (4 % of the arm at 2.3 m), which no scale along the body shows.
+Both pictures are to be taken with the camera level, at chest height and at least 4 m off. Nearer or lower ones stretch
+what is near the lens (4 % of the arm at 2.3 m), which no scale along the body shows.
 """
 
 from dataclasses import dataclass, replace
@@ -60,8 +60,17 @@ UPRIGHT = 4.0
 """Lean [degrees] that a person seen from the side may have of their own; beyond it the picture is tilted (assumed)."""
 ANKLE_BEHIND = 0.025
 """How far a standing person's ankle lies behind the shoulder, share of the stature (plumb line, assumed)."""
+CHEST = 0.72
+"""Height of the camera above the floor, share of the stature (assumed).
+
+Not the middle of the picture, which lies there only if the camera was level and nothing was cropped: from 3 m away,
+tilted by 7 degrees, it puts *up* from the side off by 44 to 47 mm, this by 14 to 16 (24 rendered bodies).
+"""
 FAR_ENOUGH = 4.0
 """Distance of the camera [m] from which a picture may be measured without a camera model."""
+UNKNOWN_DISTANCE = (2.0, 5.0)
+"""Between these distances [m] stands a camera of which nothing is known (assumed): from nearer, a telephone's picture
+does not hold a person with arms stretched out; from farther on, perspective changes little."""
 STRAIGHT_KNEE = 35.0
 """Bend of a knee [degrees] beyond which a person does not stand."""
 
@@ -72,8 +81,8 @@ class HeightScale:
 
     ``foot`` (2,) [px] lies at ``foot_place`` (2,) [m, right and up]; ``right`` and ``up`` (2,) are unit vectors in the
     picture; ``pixel`` is the size of one [m]; heights near the top are off by ``top_sd`` [m]. ``from_eyes`` says that
-    the eyes' expected height made the scale, which then tells nothing of them. ``centre`` (2,) [px] is where the camera
-    looks and ``distance`` [m] how far off it stands, where that is known; ``notes`` say what all this rests on.
+    the eyes' expected height made the scale, which then tells nothing of them. The camera looks straight at the place
+    ``ahead`` (2,) [m, right and up] from ``distance`` [m], where that is known; ``notes`` say what all this rests on.
     """
 
     foot: Array
@@ -86,7 +95,7 @@ class HeightScale:
     top_sd: float
     from_eyes: bool
     notes: tuple[str, ...]
-    centre: Array | None = None
+    ahead: Array
     distance: float | None = None
 
     @classmethod
@@ -115,10 +124,13 @@ class HeightScale:
         top_sd = hypot(top_sd, POINT_SD, _stature_sd(prior))
         pixel = (top_height - foot_height) / length
         distance = None if focal_px is None else focal_px * pixel
+        right = np.array([-up[1], up[0]])
+        shoulders = middle(points, "lsh", "rsh")
+        beside = 0.0 if shoulders is None else float((shoulders - foot) @ right)
         return cls(
             foot=foot,
             foot_place=np.array([0.0, foot_height]),
-            right=np.array([-up[1], up[0]]),
+            right=right,
             up=up,
             pixel=pixel,
             sd_share=hypot(top_sd, foot_sd) / (top_height - foot_height),
@@ -126,7 +138,7 @@ class HeightScale:
             top_sd=top_sd,
             from_eyes=top_name == "eyes",
             notes=(_assumption(top_name, top_height, foot_name, foot_height, up, distance),),
-            centre=None if skeleton.size is None else np.array(skeleton.size) / 2.0,
+            ahead=np.array([beside * pixel, CHEST * prior.stature + sole]),
             distance=distance,
         )
 
@@ -136,12 +148,17 @@ class HeightScale:
         return np.column_stack([offsets @ self.right, offsets @ self.up]) + self.foot_place
 
     def nearer(self, distance: float) -> "HeightScale":
-        """The scale of a plane so much nearer to the camera [m], where the camera's place is known."""
-        if self.centre is None or self.distance is None:
+        """The scale of a plane so much nearer to the camera [m], where the camera's distance is known."""
+        if self.distance is None:
             return self
         share = max(0.0, 1.0 - distance / self.distance)
-        middle = self.place(self.centre[None])[0]
-        return replace(self, pixel=share * self.pixel, foot_place=middle + share * (self.foot_place - middle))
+        place = self.ahead + share * (self.foot_place - self.ahead)
+        return replace(self, pixel=share * self.pixel, foot_place=place)
+
+    def possible(self) -> "tuple[HeightScale, HeightScale]":
+        """The scales of the nearest and of the farthest camera that an unknown one may be (`UNKNOWN_DISTANCE`)."""
+        near, far = UNKNOWN_DISTANCE
+        return replace(self, distance=near), replace(self, distance=far)
 
 
 def _assumption(top_name: str, top: float, foot_name: str, foot: float, up: Array, distance: float | None) -> str:
@@ -155,7 +172,7 @@ def _assumption(top_name: str, top: float, foot_name: str, foot: float, up: Arra
 
 def _distance_in_words(distance: float | None) -> str:
     if distance is None:
-        return f"{FAR_ENOUGH:g} m or more away"
+        return "{:g} to {:g} m away".format(*UNKNOWN_DISTANCE)
     if distance >= FAR_ENOUGH:
         return f"{distance:.1f} m away"
     return f"only {distance:.1f} m away: take the picture again from {FAR_ENOUGH:g} m or more"

@@ -73,17 +73,38 @@ def observe(skeleton: Skeleton, view: View, scale: Scale, prior: Prior) -> Seen:
     check_arm_is_there(skeleton, prior)
     body = _Placed.of(skeleton, view, scale, prior)
     check_pose(body.points, view, prior)
-    length, filled = _arm_length(body.points, view, prior)
-    seen: dict[Measure, tuple[float, float]] = {"arm length": length}
-    shoulder = body.points[prior.told.arm[0] + "sh"]
-    if (eyes := middle(body.points, "leye", "reye")) is not None:
-        seen |= _up(eyes, shoulder) | _eye_height(skeleton, eyes, scale, prior)
-        seen |= _forward(body.points, eyes, shoulder) if view == "side" else _left(body.points, prior)
+    seen, filled = _measured(skeleton, view, scale, prior)
+    if isinstance(scale, HeightScale) and scale.distance is None:
+        near, far = (_measured(skeleton, view, one, prior)[0] for one in scale.possible())
+        seen = {measure: _between(near[measure], far[measure]) for measure in seen}
     observations = [
         _observation(measure, *seen[measure], scale, f"{view} picture, {skeleton.source}") for measure in seen
     ]
     notes = [*_assumptions(scale), *body.unsure, *filled, *_not_told(view, seen, scale, prior)]
     return Seen(tuple(observations), tuple(notes))
+
+
+def _measured(
+    skeleton: Skeleton, view: View, scale: Scale, prior: Prior
+) -> tuple[dict[Measure, tuple[float, float]], list[str]]:
+    """Each measure's (value, sd) [m] without the doubt of the scale, and notes on hands that are filled in."""
+    points = _Placed.of(skeleton, view, scale, prior).points
+    length, filled = _arm_length(points, view, prior)
+    seen: dict[Measure, tuple[float, float]] = {"arm length": length}
+    shoulder = points[prior.told.arm[0] + "sh"]
+    if (eyes := middle(points, "leye", "reye")) is not None:
+        seen |= _up(eyes, shoulder) | _eye_height(skeleton, eyes, scale, prior)
+        seen |= _forward(points, eyes, shoulder) if view == "side" else _left(points, prior)
+    return seen, filled
+
+
+def _between(near: tuple[float, float], far: tuple[float, float]) -> tuple[float, float]:
+    """What is told where the camera's distance is not known, from what two distances tell: (value, sd) [m].
+
+    Perspective goes with the distance's inverse: the value is that of the middle one, and either end one standard
+    deviation off.
+    """
+    return (near[0] + far[0]) / 2.0, hypot(max(near[1], far[1]), (near[0] - far[0]) / 2.0)
 
 
 @dataclass(frozen=True, slots=True)

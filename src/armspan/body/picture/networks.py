@@ -21,11 +21,9 @@ Network: TypeAlias = Callable[[NDArray[np.float32]], list[Array]]
 
 DETECTOR = "pose_detection.tflite"
 BODY = "pose_landmark_full.tflite"
-FINE_BODY = "pose_landmark_heavy.tflite"
-"""Used in place of `BODY` where it is there."""
 HAND = "hand_landmark_full.tflite"
 
-_FORMS = {DETECTOR: (224, 2), BODY: (256, 5), FINE_BODY: (256, 5), HAND: (224, 4)}
+_FORMS = {DETECTOR: (224, 2), BODY: (256, 5), HAND: (224, 4)}
 """Side of the picture that goes in [px], and how many outputs come out: what tells the networks apart."""
 _THREADS = 2
 
@@ -37,8 +35,6 @@ class Networks:
     detector: Network
     body: Network
     hand: Network
-    name: str
-    """What a skeleton's source is called."""
 
 
 def open_networks(weights: Path) -> Networks:
@@ -49,13 +45,7 @@ def open_networks(weights: Path) -> Networks:
         MissingExtra: LiteRT is not installed.
 
     """
-    fine = (weights / FINE_BODY).is_file()
-    return Networks(
-        detector=_open(weights / DETECTOR),
-        body=_open(weights / (FINE_BODY if fine else BODY)),
-        hand=_open(weights / HAND),
-        name=f"BlazePose ({'heavy' if fine else 'full'})",
-    )
+    return Networks(_open(weights / DETECTOR), _open(weights / BODY), _open(weights / HAND))
 
 
 def _open(path: Path) -> Network:

@@ -34,7 +34,7 @@ def find_people(image: Pixels, weights: Path) -> list[Skeleton]:
     networks = open_networks(weights)
     height, width = image.shape[:2]
     return [
-        Skeleton(named(body) | fingertips(image, body, networks.hand), (width, height), networks.name, body.score)
+        Skeleton(named(body) | fingertips(image, body, networks.hand), (width, height), "BlazePose", body.score)
         for body in find_bodies(image, networks)
     ]
 
