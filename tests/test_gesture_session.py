@@ -85,7 +85,7 @@ def test_gestures_made_are_recognised_and_obeyed(session: LogFile) -> None:
     assert [entry.label for entry in account.made] == ["raise_both", "stop"]
     assert account.score is not None
     assert account.score.hits == 2
-    assert any(isinstance(record, Say) and "gather" in record.text for record in session.records)
+    assert any(isinstance(record, Say) and "come together" in record.text for record in session.records)
     stop = next(record for record in session.records if isinstance(record, Gesture) and record.label == "stop")
     stopped = [record for record in session.records if isinstance(record, Stop) and record.why == "gesture stop"]
     assert stopped[0].robot is None
