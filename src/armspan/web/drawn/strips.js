@@ -14,6 +14,8 @@ const CHARTS = [
 ];
 const LEFT = 58;
 const TOP = 26;
+const HEAD = 24; // the legend's line
+const FOOT = 20; // the times' line
 
 export class Strips {
   constructor(box, { label, options }) {
@@ -47,10 +49,12 @@ export class Strips {
       this.text("No band is worn in this room", 8, 24, INK);
       return;
     }
-    const each = height / (bands.length * CHARTS.length);
+    const each = (height - HEAD - FOOT) / (bands.length * CHARTS.length);
+    this.legend(width);
+    this.times(width, height);
     bands.forEach((band, k) => {
       const of = room.bands.find((one) => one.name === band);
-      CHARTS.forEach((chart, m) => this.chart(chart, of, frame.t, (k * CHARTS.length + m) * each, each));
+      CHARTS.forEach((chart, m) => this.chart(chart, of, frame.t, HEAD + (k * CHARTS.length + m) * each, each));
     });
   }
 
@@ -80,7 +84,6 @@ export class Strips {
     const told = `${name}, ${words} in ${unit}${silent ? ": nothing heard" : ""}`;
     this.text(told, 4, top + 18, silent ? "#8b0000" : INK);
     AXES.forEach((axis, k) => this.curve(rows, axis, (row) => [x(row[0]), y(row[first + k])], now));
-    if (top === 0) this.legend(width);
   }
 
   frameOf(x, now, low, high, most) {
@@ -102,9 +105,14 @@ export class Strips {
     this.text(`${most}`, LEFT - 4, low + 12, QUIET);
     this.text("0", LEFT - 4, (low + high) / 2 + 6, QUIET);
     this.text(`−${most}`, LEFT - 4, high, QUIET);
-    this.text("now", x(now), high - 4, QUIET);
     draw.textAlign = "left";
-    this.text(`${SPAN} s ago`, LEFT + 4, high - 4, QUIET);
+  }
+
+  times(width, height) {
+    this.text(`${SPAN} s ago`, LEFT, height - 4, QUIET);
+    this.context.textAlign = "right";
+    this.text("now", width - 8, height - 4, QUIET);
+    this.context.textAlign = "left";
   }
 
   curve(rows, axis, at, now) {

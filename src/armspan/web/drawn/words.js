@@ -48,7 +48,8 @@ function aimed(frame, room) {
   return ["decided", `${name}, ${percent(at.p)}`];
 }
 
-// Confidence bars; `options.threshold` [share] is drawn as a line through them.
+// Confidence bars; `options.threshold` [share] is drawn as a line through them, `options.names` are
+// labels in words.
 export class Scores {
   constructor(box, { label, options }) {
     box.setAttribute("role", "group");
@@ -61,6 +62,7 @@ export class Scores {
 
   set(options) {
     this.threshold = options.threshold ?? null;
+    this.names = options.names ?? {};
     this.box.style.setProperty("--threshold", `${(this.threshold ?? 0) * 100}%`);
     this.box.classList.toggle("has-threshold", this.threshold !== null);
   }
@@ -82,7 +84,7 @@ export class Scores {
     this.rows.clear();
     for (const [label] of scores) {
       const line = element(this.box, "div", "lively-score");
-      element(line, "span", "lively-label").textContent = label;
+      element(line, "span", "lively-label").textContent = this.names[label] ?? label.replaceAll("_", " ");
       const track = element(line, "span", "lively-track");
       this.rows.set(label, { line, bar: element(track, "span", "lively-bar"), share: element(line, "span", "lively-share") });
     }

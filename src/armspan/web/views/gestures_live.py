@@ -7,7 +7,7 @@ from armspan.conductor.changes import changed
 from armspan.errors import ConfigError
 from armspan.web.desk import Desk
 from armspan.web.lively import Lively
-from armspan.web.views.gestures_words import missing_stop, name_of, noticed, orders_of, predicted
+from armspan.web.views.gestures_words import NAMES, missing_stop, name_of, noticed, orders_of, predicted
 
 
 def build(desk: Desk) -> None:
@@ -35,7 +35,7 @@ class _Threshold:
         self._known: float | None = None
         self.told = ui.label().classes("gest-told").props('role="status"')
         self.begin = ui.button("Begin the set-up", on_click=lambda: desk.press("setup")).classes("gest-button")
-        self.bars = Lively("scores", "How sure the model is of each gesture").classes("gest-bars")
+        self.bars = Lively("scores", "How sure the model is of each gesture", names=NAMES).classes("gest-bars")
         self.block = ui.element("div").classes("gest-result")
         with self.block:
             self.words = ui.label().classes("gest-sub")

@@ -13,7 +13,7 @@ from armspan.web.views.gestures_host import Curves, TakeRow
 
 EVERYDAY = "everyday motion"
 
-_NAMES = {
+NAMES = {
     "x_left_high": "big X, left arm high",
     "x_right_high": "big X, right arm high",
     "raise_both": "raise both arms",
@@ -23,11 +23,12 @@ _NAMES = {
     "breaststroke": "breaststroke",
     NULL: EVERYDAY,
 }
+"""Gestures' labels as they are read."""
 
 
 def name_of(label: str) -> str:
     """A gesture's name as it is read."""
-    return _NAMES.get(label, label.replace("_", " "))
+    return NAMES.get(label, label.replace("_", " "))
 
 
 def orders_of(zones: Sequence[str]) -> dict[str, str]:

@@ -6,6 +6,7 @@ from nicegui.events import GenericEventArguments
 from armspan.web.desk import Desk
 from armspan.web.film import SPEEDS, Film
 from armspan.web.lively import Lively
+from armspan.web.views.gestures_words import NAMES
 from armspan.web.views.logs_words import length_words
 
 
@@ -28,7 +29,7 @@ class Player:
             Lively("space", "The table and the arms, in three dimensions").classes("panel tall")
             Lively("plan", "The sheet from above").classes("panel tall")
             Lively("strips", "The bands' signals").classes("panel")
-            Lively("scores", "How sure each gesture is").classes("panel")
+            Lively("scores", "How sure each gesture is", names=NAMES).classes("panel")
         self.look()
 
     @property
