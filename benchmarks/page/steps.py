@@ -17,6 +17,7 @@ from watched import NOBODY, page, watch
 
 from armspan.config.house import open_house
 from armspan.config.page.host import PageHost
+from armspan.config.session_files import fresh_log
 from armspan.session import Session
 
 WATCHED = {"nobody": NOBODY, "3 lines": ("lines", "3"), "3 tabs": ("tabs", "table", "table", "table")}
@@ -26,7 +27,7 @@ async def opened(host: PageHost) -> Session:
     """The room's session as soon as its person is calibrated."""
 
     async def steer() -> None:
-        await host.play(open_house(host.room, Path(), seconds=3600.0), "steering", host.fresh_log("steps"))
+        await host.play(open_house(host.room, Path(), seconds=3600.0), "steering", fresh_log("steps", host.sessions))
 
     await host.begin("steering", steer)
     for _ in range(300):

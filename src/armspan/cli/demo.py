@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 import msgspec
 import numpy as np
 
-from armspan.cli.play import fresh_name, make_folder, play, read_account, step_times, talk
+from armspan.cli.play import play, read_account, step_times, talk
 from armspan.cli.progress import Progress
 from armspan.cli.report import print_account
 from armspan.cli.run import positive
@@ -17,6 +17,7 @@ from armspan.config.demo_room import demo_room
 from armspan.config.house import House, open_emulated
 from armspan.config.model_files import read_model
 from armspan.config.room_file import RoomFile
+from armspan.config.session_files import fresh_log, make_folder
 from armspan.errors import ConfigError, ModelError, known_names
 from armspan.gesture.takes import INITIAL
 from armspan.log import LogFile
@@ -148,7 +149,7 @@ def run(args: argparse.Namespace) -> int:
     """Play the demo and show what it showed."""
     robots = None if args.robots == "virtual" else args.robots
     house = open_emulated(room_of(args), args.bands.kind, robots, seconds=args.seconds)
-    path = args.log or fresh_name("demo")
+    path = args.log or fresh_log("demo")
     picture = args.picture or path.with_suffix(".png")
     _check_picture(picture, path, args.overwrite)
     watched = sys.stderr.isatty() and not args.headless

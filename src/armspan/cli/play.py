@@ -1,7 +1,6 @@
 """Playing a session from the command line: the log opened, signals heeded, results read back from the log."""
 
 import asyncio
-import datetime
 import signal
 import sys
 from collections.abc import Iterator, Sequence
@@ -12,7 +11,7 @@ import numpy as np
 
 from armspan.cli.typed import typed
 from armspan.config.house import House
-from armspan.errors import LogError
+from armspan.config.session_files import make_folder
 from armspan.log import LogFile, LogWriter, read
 from armspan.ports import Sink
 from armspan.records import Record, Say
@@ -69,23 +68,8 @@ def stop_on_signals(task: "asyncio.Task[None] | asyncio.Future[None]") -> None:
             return
 
 
-def make_folder(folder: Path) -> None:
-    """A folder for what is written, made where there is none (LogError)."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise LogError(f"{folder} cannot be a folder ({error.strerror}): choose another place") from None
-
-
 def _empty(path: Path) -> bool:
     return path.is_file() and path.stat().st_size == 0
-
-
-def fresh_name(what: str) -> Path:
-    """A name for a log that does not exist yet, in ``sessions``."""
-    stem = f"{datetime.datetime.now():%Y-%m-%d_%H%M%S}_{what}"
-    names = [Path("sessions") / f"{stem}{more}.mcap" for more in ("", *(f"_{k}" for k in range(2, 100)))]
-    return next(name for name in names if not name.exists())
 
 
 def read_account(path: Path, house: House) -> tuple[LogFile, Account]:

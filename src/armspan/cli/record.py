@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from armspan.cli.demo import seed
-from armspan.cli.play import fresh_name, play, talk
+from armspan.cli.play import play, talk
 from armspan.cli.run import positive
 from armspan.conductor.recorder_plan import Recording
 from armspan.config.record_room import (
@@ -22,6 +22,7 @@ from armspan.config.record_room import (
     virtual_room,
     wrists_of,
 )
+from armspan.config.session_files import fresh_log
 from armspan.config.take_files import next_number
 from armspan.errors import ConfigError, known_names
 from armspan.gesture.takes import NULL, SEVEN
@@ -67,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
     room = read_record_room(args.room) if args.room else virtual_room(args.seed)
     recording = _recording(args, wrists_of(room))
     house = open_record_house(room, recording, args.room.parent if args.room else Path())
-    path = args.log or fresh_name("record")
+    path = args.log or fresh_log("record")
     live = (args.pace or ("live" if args.room else "fast")) == "live"
     today = f"{datetime.date.today():%Y-%m-%d}" if house.doors else None
     writer = TakeWriter(args.folder, house.recorder, simulated=house.simulated, recorded=today)

@@ -7,11 +7,12 @@ from pathlib import Path
 import msgspec
 
 from armspan.cli.page import open_page
-from armspan.cli.play import fresh_name, play, read_account, step_times, talk
+from armspan.cli.play import play, read_account, step_times, talk
 from armspan.cli.replay import tell_if_cut
 from armspan.cli.report import print_account
 from armspan.config.house import open_house
 from armspan.config.room_file import read_room
+from armspan.config.session_files import fresh_log
 from armspan.errors import ConfigError
 from armspan.study.gestures import gestures_of
 
@@ -83,7 +84,7 @@ def run(args: argparse.Namespace) -> int:
     if args.room is None:
         raise ConfigError("which room? Name its file, such as one that `armspan init room.toml` writes")
     house = open_house(read_room(args.room), args.room.parent, args.seconds)
-    path = args.log or fresh_name(args.room.stem)
+    path = args.log or fresh_log(args.room.stem)
     for log in house.logs.values():
         tell_if_cut(log)
         if path.resolve() == log.path.resolve():

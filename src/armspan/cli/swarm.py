@@ -16,12 +16,13 @@ from rich.table import Table
 
 from armspan import __version__
 from armspan.cli.demo import count, seed
-from armspan.cli.play import make_folder, stop_on_signals, talk
+from armspan.cli.play import stop_on_signals, talk
 from armspan.cli.results import Results
 from armspan.cli.run import positive
 from armspan.cli.swarm_report import print_run, title
 from armspan.config.doors import make_doors
 from armspan.config.room_file import ZoneEntry, read_room
+from armspan.config.session_files import make_folder
 from armspan.config.swarm_act import Act, behind_relay, drive, simulate
 from armspan.config.swarm_run import PLANTS, STARTS, SwarmRun, Wanted, run_in_room, swarm_run
 from armspan.devices.cellulo.emulator import addresses

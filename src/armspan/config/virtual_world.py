@@ -86,22 +86,24 @@ def virtual_world(
         rng,
         Plant(),
     )
-    script: Agenda = Script(draw_trials(wanted, settings, rng) if someone else ())
-    if guided:
-        script = Guided()
-    elif wanted.gestures and isinstance(script, Script):
-        script = Programme(script, wanted.gestures)
+    trials = draw_trials(wanted, settings, rng) if someone else ()
     return World(
         someone,
         worn,
         driven,
         zone_middles(settings.zones),
-        script,
+        Guided() if guided else _agenda(trials, wanted.gestures),
         rng,
         table_height=room.simulation.table_height_m,
         light_height=room.light_height_m,
         beam=_beam(settings, robots, room.simulation.seed) if someone else None,
     )
+
+
+def _agenda(trials: tuple[Trial, ...], gestures: tuple[str, ...]) -> Agenda:
+    """The trials, and after them the gestures where there are any."""
+    script = Script(trials)
+    return Programme(script, gestures) if gestures else script
 
 
 def _beam(settings: Settings, robots: list[SimulatedRobot], seed: int) -> Beam | None:

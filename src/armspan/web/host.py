@@ -7,7 +7,7 @@ import msgspec
 from armspan.body import told
 from armspan.conductor import Settings
 from armspan.conductor.sight import Sight
-from armspan.records import Body, Output, Record
+from armspan.records import Body
 from armspan.web.activities import Activities
 from armspan.web.sessions import Sessions
 from armspan.web.views.gestures_host import GestureHost
@@ -134,6 +134,3 @@ class Host(Protocol):
 
     def advice(self) -> list[str]:
         """What a person should mend at the devices, in sentences."""
-
-
-Told: TypeAlias = Record | Output

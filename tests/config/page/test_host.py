@@ -1,7 +1,6 @@
 import asyncio
 
 import msgspec
-import pytest
 
 from armspan.config.demo_room import page_room
 from armspan.config.page.host import PageHost
@@ -124,10 +123,12 @@ def test_opening_anew_ends_what_ran(tmp_path):
     assert len(list((tmp_path / "sessions").iterdir())) == 2
 
 
-@pytest.mark.parametrize("name", ["a", "b c"])
-def test_logs_are_named_by_room_and_never_replaced(tmp_path, name):
-    host = PageHost(page_room(1), name, sessions=tmp_path)
-    first = host.fresh_log(name)
-    first.touch()
-    assert host.fresh_log(name) != first
-    assert first.name.endswith(f"_{name}.mcap")
+def test_a_folder_of_sessions_that_cannot_be_is_said_in_a_sentence(tmp_path):
+    (tmp_path / "sessions").write_text("a file")
+
+    async def scene(host):
+        await host.steer()
+        await until(lambda: host.status.activity == "idle")
+
+    host, _ = played(tmp_path, scene)
+    assert "sessions cannot be a folder" in host.status.trouble

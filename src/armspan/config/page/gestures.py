@@ -14,6 +14,7 @@ from armspan.config.page.recording import Recorded, ready
 from armspan.config.page.takes import TakeFolder
 from armspan.config.page.training import Training
 from armspan.config.record_room import is_simulated, wrists_of
+from armspan.config.session_files import fresh_log
 from armspan.errors import ConfigError
 from armspan.gesture.model import GestureModel
 from armspan.gesture.takes import NULL
@@ -64,7 +65,9 @@ class Gestures:
         self._recorded = recorded
         page = self._page
         try:
-            await page.play(recorded.house, "recording", page.fresh_log("record"), sinks=[recorded], run=recorded.run)
+            await page.play(
+                recorded.house, "recording", fresh_log("record", page.sessions), sinks=[recorded], run=recorded.run
+            )
         finally:
             self._recorded = None
         await page.open_room()

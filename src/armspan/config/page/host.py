@@ -1,7 +1,6 @@
 """Runs what the page asks for, one activity at a time, in the page's own loop."""
 
 import asyncio
-import datetime
 from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import TypeAlias
@@ -18,6 +17,7 @@ from armspan.config.page.gestures import Gestures
 from armspan.config.page.logs import LogShelf
 from armspan.config.page.zones import entries
 from armspan.config.room_file import RoomFile
+from armspan.config.session_files import fresh_log, make_folder
 from armspan.errors import ArmspanError
 from armspan.log import LogWriter
 from armspan.ports import Sink
@@ -149,13 +149,13 @@ class PageHost:
         self.tell(activity="opening")
         house = await asyncio.to_thread(open_house, self.room, self.folder, guided=True)
         house.lead.waits = True
-        await self.play(house, "steering", self.fresh_log(self.name))
+        await self.play(house, "steering", fresh_log(self.name, self.sessions))
 
     async def play(
         self, house: House, activity: Activity, path: Path, sinks: Sequence[Sink] = (), run: Run | None = None
     ) -> None:
         """Run a house's session, or let ``run`` do so, into a log and ``sinks``, shown on the page."""
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         with LogWriter(path, house.header) as log:
             session = house.session([log, *sinks, self.shown])
             mind = session.conductor
@@ -171,9 +171,3 @@ class PageHost:
     def _keep(self, zones: Sequence[Zone]) -> None:
         """The room has these zones when it is opened again."""
         self.room = msgspec.structs.replace(self.room, zones=entries(zones))
-
-    def fresh_log(self, what: str) -> Path:
-        """A log's name that does not exist yet."""
-        stem = f"{datetime.datetime.now():%Y-%m-%d_%H%M%S}_{what}"
-        names = [self.sessions / f"{stem}{more}.mcap" for more in ("", *(f"_{k}" for k in range(2, 100)))]
-        return next(name for name in names if not name.exists())
